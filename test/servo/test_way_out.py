@@ -20,6 +20,8 @@ from armsim_ros.servo.commands import ServoStatus, weightiest
 
 ROOT = Path(__file__).parents[2]
 FAR = 0.02
+#: Every robot that is included; the cells consist of these.
+ROBOTS = sorted(file.parent.name for file in (ROOT / 'config').glob('*/kinematics.yaml'))
 AXES = {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)}
 
 
@@ -77,8 +79,7 @@ def follow(made, free):
         assert moved(made, np.array(AXES[axis]) * (1 if sign == '+' else -1), 3.0)[0] > FAR, free
 
 
-@pytest.mark.parametrize('name', sorted(
-    file.parent.name for file in (ROOT / 'config').glob('*/kinematics.yaml')))
+@pytest.mark.parametrize('name', ROBOTS)
 def test_each_key_moves_the_tip_or_names_a_way_out(name):
     """A key moves the tip by 20 mm, or the status names what is free, and that is true."""
     kinematics, group, _ = robot(name)
@@ -92,6 +93,24 @@ def test_each_key_moves_the_tip_or_names_a_way_out(name):
                 found = re.search(r"free: (turn '.*' \w+|[-+xyz, ]+ of )", finding.message)
                 assert found, (state, finding.message)
                 follow(made, found[1])
+
+
+@pytest.mark.parametrize('name', ROBOTS)
+def test_each_number_key_turns_its_joint_or_names_the_bound(name):
+    """From each named state, both ways; the status has the bound and the side that is allowed."""
+    kinematics, group, _ = robot(name)
+    for state in kinematics.robot.semantic.named_states[group]:
+        made = made_in(name, state)
+        start = made.positions[0]
+        for index, joint in enumerate(kinematics.robot.group(group).active_joints):
+            for velocity in (1.0, -1.0):
+                restart(made, start)
+                made.run(jog(**{joint: velocity}), 0.8)
+                if velocity * (made.positions[-1] - start)[index] < 0.1:
+                    side = 'up' if velocity > 0 else 'down'
+                    found = weightiest(made.cycles[-1].findings).message
+                    assert re.search(rf"joint '{joint}' at .*, allowed {side} to ", found), (
+                        state, found)
 
 
 def test_the_default_robot_can_be_jogged_from_ready():
