@@ -38,8 +38,9 @@ def print_rejections(session: Session, name: str, kind: type[Any]) -> Callable[[
             reasons.append(message.data)
             print(f'rejected: {message.data}', file=sys.stderr, flush=True)
 
+    with_info: Any = receive  # rclpy's annotations lack the second argument
     reports = session.node.create_subscription(
-        String, f'{name.rpartition("/")[0]}/rejected_scene_changes', receive,
+        String, f'{name.rpartition("/")[0]}/rejected_scene_changes', with_info,
         QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL))
     if not session.spin(lambda: reports.get_publisher_count() > 0, _PATIENCE):
         return lambda: None

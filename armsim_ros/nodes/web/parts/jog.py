@@ -25,16 +25,17 @@ from armsim_ros.nodes.web.session import Session
 _TYPE = 'moveit_msgs/srv/ServoCommandType'
 _PERIOD = 1.0
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
-#: Period of reading servo's status, and how long after the last command [s].
-_STATUS_PERIOD, _STATUS_TIME = 0.1, 0.5
+#: Period of the commands to servo, and how long the last of the panel holds [s].
+_COMMAND_PERIOD, _HOLD = 0.04, 0.5
 _FINE = 'No warnings'
 
 
 class Jog(PanelCommand):
     """
-    A momentary command; a button that is held repeats it.
+    A command that the panel repeats while a button is held; at the end it sends a share of 0.
 
-    Servo stops by itself when none comes any more, so a lost connection stops too.
+    The page repeats it to servo more often, because a browser that draws on the processor may be
+    too busy. It stops after ``_HOLD`` if nothing arrives from the panel.
     """
 
     joint: str = ''
@@ -56,8 +57,10 @@ class JogPart(Part):
         self._servo = ''
         self._type: int | None = None
         self._publishers: dict[str, Any] = {}
+        self._command: Jog
+        self._session: Session
         self._jogged_at = 0.0
-        self._status: asyncio.Task[Any] | None = None
+        self._stream: asyncio.Task[Any] | None = None
 
     def handlers(self) -> dict[str, Any]:
         """Return what it answers."""
@@ -86,11 +89,34 @@ class JogPart(Part):
     async def _jog(self, session: Session, command: Jog) -> None:
         if not self._servo:
             raise ArmsimError('no servo runs')
-        self._jogged_at = asyncio.get_running_loop().time()
-        if self._status is None or self._status.done():
-            self._status = self.page.start(self._show_status())
         await self._switch(ServoCommandType.Request.JOINT_JOG if command.joint
                            else ServoCommandType.Request.TWIST)
+        self._command, self._session = command, session
+        self._jogged_at = asyncio.get_running_loop().time()
+        if self._stream is None or self._stream.done():
+            self._stream = self.page.start(self._follow())
+
+    async def _follow(self) -> None:
+        """
+        Send the panel's command until it ends, and show servo's warnings; the last one stays.
+
+        Servo publishes a hundred a second to a subscriber, so there is none at other times.
+        """
+        loop, name = asyncio.get_running_loop(), f'{self._servo}/status'
+        status = await asyncio.to_thread(self.page.link.poll, ServoStatus, name, _NEWEST)
+        try:
+            while loop.time() - self._jogged_at < _HOLD and self._publishers:
+                self._send(self._session, self._command)
+                if not self._command.share:
+                    break
+                for message in status.take()[-1:]:
+                    self.page.publish(
+                        'servo_status', '' if message.message == _FINE else message.message)
+                await asyncio.sleep(_COMMAND_PERIOD)
+        finally:
+            status.close()
+
+    def _send(self, session: Session, command: Jog) -> None:
         robot = self.page.robot
         stamp = self._stamp()
         if command.joint:
@@ -105,25 +131,6 @@ class JogPart(Part):
             setattr(part, command.axis[-1:] or 'x', command.share)
         message.header.stamp = stamp
         self.page.link.in_thread(lambda: self._publishers[topic].publish(message))
-
-    async def _show_status(self) -> None:
-        """
-        Show servo's warnings until the commands end; the last one stays, to be read.
-
-        Servo publishes a hundred a second to a subscriber, so there is none at other times.
-        """
-        loop, name = asyncio.get_running_loop(), f'{self._servo}/status'
-        status = await asyncio.to_thread(self.page.link.poll, ServoStatus, name, _NEWEST)
-        try:
-            while (silence := loop.time() - self._jogged_at) < _STATUS_TIME:
-                for message in status.take()[-1:]:
-                    if message.message != _FINE:
-                        self.page.publish('servo_status', message.message)
-                    elif silence < _STATUS_PERIOD:
-                        self.page.publish('servo_status', '')
-                await asyncio.sleep(_STATUS_PERIOD)
-        finally:
-            status.close()
 
     async def _switch(self, requested: int) -> None:
         if self._type == requested:

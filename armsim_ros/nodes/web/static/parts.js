@@ -178,8 +178,10 @@ function setUpSimulation() {
 function held(text, label, command) {
   let timer = null;
   const stop = () => {
+    if (!timer) return;
     clearInterval(timer);
     timer = null;
+    ask('jog', { ...command, share: 0 });
   };
   const start = (event) => {
     if (timer || (event.type === 'keydown' && ![' ', 'Enter'].includes(event.key))) return;
