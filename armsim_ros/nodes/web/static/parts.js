@@ -52,7 +52,7 @@ function drawObjects() {
         make('button', { type: 'button', onclick: () => ask(one.link ? 'detach' : 'attach', { id }) }, one.link ? 'Detach' : 'Attach'),
         make('button', { type: 'button', onclick: () => ask('remove', { id }) }, 'Remove')));
   }));
-  if (!objects.length) $('objects').replaceChildren(make('p', { class: 'dim' }, 'Nothing stands in the way.'));
+  if (!objects.length) $('objects').replaceChildren(make('p', { class: 'dim' }, 'No objects.'));
 }
 
 function asBase64(bytes) {
