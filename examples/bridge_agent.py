@@ -1,14 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Move the arm as a language model does: with the tools of ros-mcp.
+Move the arm with the tools of ros-mcp, as a language model does.
 
     pip install ros-mcp
     armsim bringup bridge:=true
-    python3 bridge_agent.py
+    python examples/bridge_agent.py
 
-An agent chooses the tools itself; this program calls those that it would. The first argument is
-another port.
+An agent chooses the tools; this program makes the calls that an agent would make. The first
+argument is another port.
 """
 
 import asyncio

@@ -5,7 +5,7 @@ Plan and move the arm with compas_fab, as Grasshopper and Rhino do.
 
     pip install compas_fab
     armsim bringup bridge:=true
-    python3 bridge_compas_fab.py
+    python examples/bridge_compas_fab.py
 
 The first argument is another port.
 """

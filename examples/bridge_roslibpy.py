@@ -1,11 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Move the arm from a Python without ROS.
+Move the arm from Python without ROS.
 
     pip install roslibpy
     armsim bringup bridge:=true
-    python3 bridge_roslibpy.py
+    python examples/bridge_roslibpy.py
 
 Reads the joints, plans with move_group through the bridge, executes, and reads them again. The
 first argument is another port.

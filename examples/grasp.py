@@ -1,13 +1,13 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Look, find the cube in the depth image, take it with the suction cup, put it elsewhere, go back.
+Find the cube in the depth image, pick it with the suction cup, place it elsewhere, go back.
 
-A plain client: camera topics, pymoveit2, two services of the gripper. Only to check
-the result, and to place the cube before each further run, it calls the simulation.
+A plain client of camera topics, pymoveit2 and two services of the gripper. It calls the
+simulation only to check the result and to place the cube before each further run.
 
     armsim bringup camera:=true            # in one terminal
-    python examples/grasp.py --runs 10     # in another one
+    python examples/grasp.py --runs 10     # in a second terminal
 """
 
 import argparse

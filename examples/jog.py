@@ -7,8 +7,8 @@ Jog the arm with the keyboard.
     armsim go ready                # in a second terminal; home is a singularity
     python examples/jog.py
 
-w s  a d  q e   move the tip along x, y, z of the base, there and back
-1 to 9          turn that joint up, after r down, after another r up again
+w s  a d  q e   move the tip along x, y, z of the base, forwards and backwards
+1 to 9          turn that joint; r reverses the direction
 space           stop
 Ctrl-C          leave
 """

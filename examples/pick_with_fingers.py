@@ -3,8 +3,8 @@
 """
 Pick a cube from the floor with two fingers, carry it, put it down, and go back.
 
-An ordinary client: it uses rclpy and the standard interfaces alone. The planning scene has
-the place of the cube, and whether it is held; the simulation puts both into it by itself.
+An ordinary client: it uses only rclpy and the standard interfaces. The planning scene has
+the pose of the cube, and whether it is held; the simulation updates both.
 
     armsim bringup robot:=panda
     python examples/pick_with_fingers.py --robot panda --from 0.42 0.1 0.3 --to 0.35 -0.25 0.0
