@@ -64,8 +64,8 @@ def warn_of_configuration(
     """Report what a user of these parameters may not expect."""
     if not any(block.goal > 0.0 for block in parameters.constraints.joints.values()):
         text = (
-            'goals end with their trajectory; constraints.<joint>.goal, which is not set, would '
-            'check where the joints are then'
+            'goals end with their trajectory; set constraints.<joint>.goal to check the final '
+            'positions'
         )
         events.add(time_ns, 'info', 'warning', text)
     if parameters.initial_pace != parameters.speed_scaling.initial_scaling_factor:
