@@ -195,3 +195,9 @@ def nearest(name: str, known: Sequence[str]) -> str:
     # Of equally near words the word with the same letters: two of them were swapped in typing.
     hits.sort(key=lambda hit: sorted(hit) != sorted(name))
     return f"did you mean '{hits[0]}'?" if hits else ''
+
+
+def extras_hint(*extras: str) -> str:
+    """Return the commands that install optional dependencies, by the names of their extras."""
+    return (f"make env EXTRAS=\"{' '.join(extras)}\" in the source tree, or "
+            f"pip install 'armsim_ros[{','.join(extras)}]'")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.errors import ResourceError
+from armsim_ros.errors import extras_hint, ResourceError
 
 #: Of all videos; a key frame every other frame, for random access.
 _CODEC, _PIXELS = 'libx264', 'yuv420p'
@@ -58,5 +58,5 @@ def _pyav() -> Any:
         import av
     except ImportError:
         raise ResourceError(
-            "videos need PyAV, which is not installed: pip install 'armsim_ros[data]'") from None
+            'videos need PyAV, which is not installed: ' + extras_hint('data')) from None
     return av

@@ -15,7 +15,7 @@ from typing import Any
 
 from armsim_ros.data.dataset import EpisodeData
 from armsim_ros.data.episodes import EpisodeRunner, Source
-from armsim_ros.errors import ArmsimError, ResourceError
+from armsim_ros.errors import ArmsimError, extras_hint, ResourceError
 
 #: Episodes that wait for each worker, so that none is idle.
 _AHEAD = 2
@@ -65,7 +65,7 @@ def on_ray(source: Source, seeds: Iterator[int]) -> Iterator[EpisodeData]:
         import ray
     except ImportError:
         raise ResourceError(
-            "workers of a cluster need Ray, which is not installed: pip install 'armsim_ros[ray]'"
+            'workers of a cluster need Ray, which is not installed: ' + extras_hint('ray')
         ) from None
     if 'RAY_ADDRESS' in os.environ:
         ray.init()

@@ -12,7 +12,7 @@ import sys
 from types import FrameType
 from typing import Any
 
-from armsim_ros.errors import ArmsimError, ConfigError, ResourceError
+from armsim_ros.errors import ArmsimError, ConfigError, extras_hint, ResourceError
 
 #: Kinds of observations, and of actions; the tasks check them, too.
 _OBS_TYPES = ('state', 'environment_state_agent_pos', 'pixels', 'pixels_agent_pos')
@@ -36,8 +36,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         from armsim_ros.data import collect
         from armsim_ros.data.dataset import DataSet
     except ModuleNotFoundError as error:
-        raise ResourceError(f"the Python package '{error.name}' is not installed: pip install "
-                            "'armsim_ros[gym,data]'") from None
+        raise ResourceError(f"the Python package '{error.name}' is not installed: "
+                            + extras_hint('gym', 'data')) from None
     done = [0]
 
     def count(data: DataSet) -> None:

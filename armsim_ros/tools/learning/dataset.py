@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 import sys
 
-from armsim_ros.errors import ResourceError
+from armsim_ros.errors import extras_hint, ResourceError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,8 +24,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         from armsim_ros.data.recordings.convert import convert
         from armsim_ros.data.recordings.topic_map import topic_map
     except ModuleNotFoundError as error:
-        raise ResourceError(f"the Python package '{error.name}' is not installed: pip install "
-                            "'armsim_ros[gym,data]'") from None
+        raise ResourceError(f"the Python package '{error.name}' is not installed: "
+                            + extras_hint('gym', 'data')) from None
     *recordings, folder = options.paths
     if not recordings:
         _parser().error('name at least one recording and the folder of the data set')

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 import sys
 
-from armsim_ros.errors import ResourceError
+from armsim_ros.errors import extras_hint, ResourceError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -23,8 +23,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         from armsim_ros.data.replay import other_versions, replay
     except ModuleNotFoundError as error:
-        raise ResourceError(f"the Python package '{error.name}' is not installed: pip install "
-                            "'armsim_ros[gym,data]'") from None
+        raise ResourceError(f"the Python package '{error.name}' is not installed: "
+                            + extras_hint('gym', 'data')) from None
     for line in other_versions(options.folder):
         print(line)
     same = True
