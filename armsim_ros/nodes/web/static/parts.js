@@ -104,10 +104,12 @@ function setUpScene() {
 
 function setUpControllers() {
   on('controllers', ({ controllers }) => {
+    const arms = new Set(controllers.map((one) => one.manager)).size;
+    const label = (one) => (arms > 1 ? `${one.manager.split('/').slice(1, -1).join('/')}/${one.name}` : one.name);
     $('controllers').replaceChildren(...controllers.map((one) => {
       const active = one.state === 'active';
       return make('div', { class: 'item', 'data-controller': one.name, title: one.joints.join(', ') },
-        make('div', { class: 'name' }, make('span', {}, one.name), make('span', { class: `state-${one.state}` }, one.state)),
+        make('div', { class: 'name' }, make('span', {}, label(one)), make('span', { class: `state-${one.state}` }, one.state)),
         make('div', { class: 'dim' }, `${one.type}${one.joints.length ? ` · ${one.joints.join(', ')}` : ''}`),
         make('progress', { max: 1, value: 0, hidden: true }),
         active || one.state === 'inactive' ? make('div', { class: 'buttons' }, make('button', { type: 'button',
