@@ -247,6 +247,7 @@ def test_a_plan_is_scrubbed_drawn_and_cleared(page):
     page.slide('Time', 0)
     page.wait_for_picture(lambda now: changed(end, now) > 300)
     page.unfold('Motion')
+    page.tab.locator('#plots canvas').nth(2).wait_for()
     assert page.tab.locator('#plots canvas').count() == 3
     with page.tab.expect_download() as download:
         page.press('CSV')
