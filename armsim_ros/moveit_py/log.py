@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from rclpy.logging import get_logger
@@ -21,3 +22,12 @@ def warn_once(text: str) -> None:
     if text not in _reported:
         _reported.add(text)
         logger().warning(text)
+
+
+def warn_unused(names: Iterable[str], prefix: str, used: Collection[str]) -> None:
+    """Log once which of the parameters below a prefix are not used, and those that are known."""
+    below = (name.removeprefix(prefix) for name in names if name.startswith(prefix))
+    unused = [name for name in below if name not in used]
+    if unused:
+        warn_once(f"parameters {prefix}*: {', '.join(unused)} not used; "
+                  f"known: {', '.join(used)}")

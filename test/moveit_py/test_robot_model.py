@@ -42,7 +42,7 @@ def test_bounds(model):
     assert arm.satisfies_position_bounds(upper)
     assert not arm.satisfies_position_bounds([value + 0.1 for value in upper])
     assert arm.satisfies_position_bounds([value + 0.1 for value in upper], 0.2)
-    with pytest.raises(ValueError, match='7 active joints'):
+    with pytest.raises(ValueError, match='takes 7 values, 1 are given'):
         arm.satisfies_position_bounds([0.0])
     assert math.isfinite(first.max_velocity)
 

@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Waypoints, their times, and the timing of a path."""
 
+from types import SimpleNamespace
+
 from moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
 import numpy as np
 import pytest
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.moveit_py import log
 from moveit.core.robot_state import RobotState
 from moveit.core.robot_trajectory import RobotTrajectory
 
@@ -99,10 +102,17 @@ def test_timing_is_optimal_and_keeps_the_limits(path):
     assert path.average_segment_duration <= 0.05 + 1e-9
 
 
-def test_smoothing_keeps_a_jerk_limit(path):
-    """What has no limit gets 1000 rad/s^3."""
+def test_smoothing_keeps_a_jerk_limit(path, monkeypatch):
+    """What has no limit gets 1000 rad/s^3; an argument that is not used is logged once."""
+    lines = []
+    monkeypatch.setattr(log, 'logger', lambda: SimpleNamespace(warning=lines.append))
+    monkeypatch.setattr(log, '_reported', set())
     assert path.apply_totg_time_parameterization(1.0, 1.0, resample_dt=0.02)
-    assert path.apply_ruckig_smoothing(1.0, 1.0, overshoot_threshold=0.02)
+    for _ in range(2):
+        assert path.apply_ruckig_smoothing(
+            1.0, 1.0, mitigate_overshoot=True, overshoot_threshold=0.02)
+    assert len(lines) == 1
+    assert 'mitigate_overshoot is not used' in lines[0]
     acceleration = np.array([state.joint_accelerations['panda_joint1'] for state in path])
     jerk = np.diff(acceleration) / np.array(path.get_waypoint_durations()[1:])
     assert np.abs(jerk).max() < 1000.0

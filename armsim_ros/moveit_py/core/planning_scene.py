@@ -356,7 +356,10 @@ class PlanningScene:
         result: CollisionResult,
     ) -> None:
         if request.cost:
-            warn_once('collision request: costs are not computed')
+            warn_once('collision request: cost is not used; costs are not computed')
+        if request.contacts and request.max_contacts_per_pair > 1:
+            warn_once('collision request: max_contacts_per_pair is not used; a pair has its '
+                      'deepest contact')
         if acm is not None:
             scene = scene.snapshot()
             scene.set_acm(acm._read())

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from armsim_ros.arrays import Vector
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.robot_model import Joint, JointType
@@ -68,6 +70,18 @@ class JointModelGroup:
         self._indices = np.array([kinematics.index(joint) for joint in self._variables], int)
         places = [kinematics.index(joint) for joint in self._group.active_joints]
         self._lower, self._upper = kinematics.lower[places], kinematics.upper[places]
+
+    def _checked(self, names: Sequence[str], values: ArrayLike) -> Vector:
+        """Return values for joints as numbers (len(names),); raise where they do not fit."""
+        given = np.asarray(values, dtype=np.float64).ravel()
+        if len(given) != len(names):
+            raise ValueError(
+                f"group '{self._name}' takes {len(names)} values, {len(given)} are given; its "
+                f"joints: {', '.join(names)}")
+        if not np.isfinite(given).all():
+            raise PlanningError(MoveItErrorCode.INVALID_ROBOT_STATE,
+                                f"values for group '{self._name}' are not finite")
+        return given
 
     def _of(self, values: Vector) -> Vector:
         """Return the values of the group (v,) among those of all movable joints (n,)."""
@@ -125,11 +139,7 @@ class JointModelGroup:
         :param margin: by which a bound may be exceeded [rad or m].
         :raises ValueError: values for more or fewer joints.
         """
-        given = np.asarray(values, dtype=np.float64).ravel()
-        if given.shape != self._lower.shape:
-            raise ValueError(
-                f"group '{self._name}' has {len(self._lower)} active joints, values are given "
-                f'for {len(given)}: {", ".join(self._group.active_joints)}')
+        given = self._checked(self._group.active_joints, values)
         return bool(np.all(given >= self._lower - margin)
                     and np.all(given <= self._upper + margin))
 
@@ -220,6 +230,12 @@ class RobotModel:
         if name not in self._groups:
             self._groups[name] = JointModelGroup(self, name)
         return self._groups[name]
+
+    def _unknown_state(self, group: str, name: str) -> str:
+        """Return a sentence about a named state that is not there."""
+        known = tuple(self._kinematics.robot.semantic.named_states.get(group, {}))
+        return (f"group '{group}' has no named state '{name}' {nearest(name, known)}".rstrip()
+                + f"; known: {', '.join(known) or 'none'}")
 
     def get_model_info(self) -> str:
         """Return a text with frames, joints, links and groups."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.moveit_py.core.robot_model import JointModelGroup, RobotModel
@@ -159,7 +159,7 @@ class RobotState:
         :raises ValueError: values for more or fewer joints.
         """
         q, group = self._q.copy(), self._group(joint_model_group_name)
-        q[group._indices] = _values(group, group._variables, position_values)
+        q[group._indices] = group._checked(group._variables, position_values)
         self._set_q(self._model._kinematics.apply_mimic(q))
 
     def set_joint_group_active_positions(
@@ -172,7 +172,7 @@ class RobotState:
         :raises ValueError: values for more or fewer joints.
         """
         group = self._group(joint_model_group_name)
-        values = _values(group, group.active_joint_model_names, position_values)
+        values = group._checked(group.active_joint_model_names, position_values)
         self._set_q(self._model._kinematics.insert(self._q, group.name, values))
 
     def set_joint_group_velocities(
@@ -189,7 +189,7 @@ class RobotState:
 
     def _set_group_rates(self, kind: str, name: str, values: ArrayLike) -> None:
         group = self._group(name)
-        self._rates[kind][group._indices] = _values(group, group._variables, values)
+        self._rates[kind][group._indices] = group._checked(group._variables, values)
 
     def _group(self, name: str) -> JointModelGroup:
         return self._model.get_joint_model_group(name)
@@ -327,7 +327,7 @@ class RobotState:
         group = which if isinstance(which, JointModelGroup) else self._group(which)
         states = kinematics.robot.semantic.named_states.get(group.name, {})
         if name not in states:
-            logger().error(unknown_state(self._model, group.name, name))
+            logger().error(self._model._unknown_state(group.name, name))
             return False
         self._set_q(kinematics.vector(states[name], self._q))
         return True
@@ -369,25 +369,6 @@ def with_state(scene: PlanningScene, state: RobotState) -> PlanningScene:
     if scene.q is state._q and scene.attached is state._attached:
         return scene
     return scene.with_robot(state._q, state._attached)
-
-
-def unknown_state(model: RobotModel, group: str, name: str) -> str:
-    """Return a sentence about a named state that is not there."""
-    known = tuple(model._kinematics.robot.semantic.named_states.get(group, {}))
-    return (f"group '{group}' has no named state '{name}' {nearest(name, known)}".rstrip()
-            + f"; known: {', '.join(known) or 'none'}")
-
-
-def _values(group: JointModelGroup, names: Any, values: ArrayLike) -> Vector:
-    given = np.asarray(values, dtype=np.float64).ravel()
-    if len(given) != len(names):
-        raise ValueError(
-            f"group '{group.name}' takes {len(names)} values, {len(given)} are given; its joints: "
-            f"{', '.join(names)}")
-    if not np.isfinite(given).all():
-        raise PlanningError(
-            MoveItErrorCode.INVALID_ROBOT_STATE, f"values for group '{group.name}' are not finite")
-    return given
 
 
 def robotStateToRobotStateMsg(

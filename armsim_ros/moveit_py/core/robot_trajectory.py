@@ -215,13 +215,16 @@ class RobotTrajectory:
 
         :param velocity_scaling_factor: in (0, 1].
         :param acceleration_scaling_factor: in (0, 1].
-        :param mitigate_overshoot: not needed here.
+        :param mitigate_overshoot: is not used, which is logged once.
         :param overshoot_threshold: by which corners may be rounded [rad or m].
         :returns: False where no timing keeps the limits; the trajectory is as it was.
         """
         limits = self._limits('apply_ruckig_smoothing')
         if limits is None:
             return False
+        if mitigate_overshoot:
+            warn_once('apply_ruckig_smoothing: mitigate_overshoot is not used; the motion stays '
+                      'within overshoot_threshold of the path without it')
         limits = replace(limits, jerk=np.where(
             np.isfinite(limits.jerk), limits.jerk, DEFAULT_JERK))
         step = self.average_segment_duration or 0.1

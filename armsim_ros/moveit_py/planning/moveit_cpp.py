@@ -4,12 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotYetError
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 import threading
 from typing import Any, TypeVar
 
@@ -19,10 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.cli.environment import announce_often
-from armsim_ros.cli.settings import cell_of
-from armsim_ros.model.cell import Cell
+from armsim_ros.moveit_py.planning.description import described_cell, OPTIONS
 from armsim_ros.moveit_py.planning.interrupts import interruptible
 from armsim_ros.nodes.executor_program import failures_logged
 from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
@@ -31,6 +27,10 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
+from armsim_ros.nodes.move_group.perception.octomap_monitor import (
+    octomap_settings,
+    OctomapMonitor,
+)
 from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.program import make_context
@@ -43,79 +43,17 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.upstream.node_parameters import (
-    flattened,
-    NodeArguments,
-    read_node_arguments,
-)
-from armsim_ros.nodes.upstream.robot_package import (
-    described_package,
-    PREFIX,
-    SEMANTIC,
-    URDF,
-    wait_for_descriptions,
-)
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments
+from armsim_ros.nodes.upstream.planning_programs import sensor_parameters
 
 Value = TypeVar('Value')
-#: How long the topics with the descriptions are waited for [s], as in MoveIt.
-DESCRIPTION_TIMEOUT = 10.0
 #: Steps of a wait [s]; time for what was cancelled to end before KeyboardInterrupt is raised [s].
 _STEP, _CANCEL_TIME = 0.1, 0.3
 #: Time for cancellations to reach controllers when the script ends [s].
 _END_TIME = 1.0
-_OPTIONS = 'planning_scene_monitor_options'
 #: What the planning plugins are called that there are.
 _PLUGINS = ('ompl_interface/', 'pilz_industrial_motion_planner/')
 _BUILT_IN = ('ompl', 'pilz_industrial_motion_planner')
-
-
-def node_arguments(
-    name: str, namespace: str, files: Sequence[str], config: Mapping[str, Any] | None,
-    remappings: Mapping[str, str] | None,
-) -> NodeArguments:
-    """
-    Return the parameters of a script's node.
-
-    :param files: parameter files; a later one wins.
-    :param config: parameters, nested or with dots in their names, which win over all files.
-    :raises UsageError: a file is not there or no YAML.
-    """
-    words = ['-r', f'__ns:={namespace or "/"}']
-    for file in files:
-        words += ['--params-file', file]
-    found = read_node_arguments(words, name)
-    found.values.update(flattened(config or {}))
-    found.remappings += [f'{source}:={target}' for source, target in (remappings or {}).items()]
-    own = str(found.values.get(f'{_OPTIONS}.robot_description') or URDF)
-    if own != URDF:
-        for key in list(found.values):
-            if key == own or key.startswith((f'{own}_', f'{own}.')):
-                found.values[URDF + key.removeprefix(own)] = found.values.pop(key)
-    return found
-
-
-def described_cell(arguments: NodeArguments) -> tuple[Cell, list[str]]:
-    """
-    Return the robot that parameters describe, or topics where parameters do not.
-
-    :returns: the robot, and what a user should know of its description.
-    :raises RuntimeError: a description is neither here nor there.
-    :raises ConfigError: a description is wrong.
-    """
-    missing = [name for name in (URDF, SEMANTIC) if not arguments.values.get(name)]
-    if missing:
-        arguments.values.update(wait_for_descriptions(
-            arguments, missing, missing, timeout=DESCRIPTION_TIMEOUT))
-    missing = [name for name in (URDF, SEMANTIC) if not arguments.values.get(name)]
-    if missing:
-        files = ', '.join(map(str, arguments.files)) or 'none given'
-        raise RuntimeError(
-            f"no {' and no '.join(missing)} for node '{arguments.name}': not among the parameters "
-            f'(files: {files}; config_dict), and not on the topic of that name within '
-            f'{DESCRIPTION_TIMEOUT:g} s; pass config_dict=MoveItConfigsBuilder(...)'
-            '.to_moveit_configs().to_dict(), or start the script from a launch file')
-    with TemporaryDirectory(prefix=PREFIX) as folder:
-        return cell_of(parse_arguments(described_package(arguments, Path(folder)), xacro=True))
 
 
 class MoveItCpp:
@@ -143,10 +81,12 @@ class MoveItCpp:
         self._executor = SingleThreadedExecutor(context=ros)
         self._closing = False
         self._closed = threading.Lock()
-        use_sim_time = Parameter('use_sim_time', value=bool(self.parameters.get('use_sim_time')))
+        own = {'use_sim_time': bool(self.parameters.get('use_sim_time')),
+               **sensor_parameters(self.parameters)}
         self.node = PollingNode(
             arguments.name, namespace=arguments.namespace, context=ros,
-            parameter_overrides=[use_sim_time], allow_undeclared_parameters=True,
+            parameter_overrides=[Parameter(name, value=value) for name, value in own.items()],
+            allow_undeclared_parameters=True,
             automatically_declare_parameters_from_overrides=True)
         self._executor.add_node(self.node)
         for text in warnings:
@@ -158,7 +98,7 @@ class MoveItCpp:
         self._thread.start()
         try:
             self._wait_for_state(
-                float(self.parameters.get(f'{_OPTIONS}.wait_for_initial_state_timeout') or 0.0))
+                float(self.parameters.get(f'{OPTIONS}.wait_for_initial_state_timeout') or 0.0))
         except BaseException:
             self.close()
             raise
@@ -171,6 +111,7 @@ class MoveItCpp:
         display = DisplayPlannedPath(self.node, context.robot.name, context.settings.ompl)
         self.job = PlanningJob(context, display)
         self.execution = TrajectoryExecutionManager(context)
+        self.octomap = OctomapMonitor(context, octomap_settings(context))
         self._kept += [
             MonitoredPlanningScene(context),
             TrajectoryExecutionEvent(context, self.execution),
@@ -282,6 +223,18 @@ class MoveItCpp:
                     self._settle(done)
                 raise
 
+    def run(self, work: Callable[[], Value]) -> Value:
+        """
+        Run a function in the node's thread and wait for it.
+
+        :returns: what the function returns; it also raises what that raises.
+        :raises RuntimeError: the node is shut down.
+        """
+        async def call() -> Value:
+            return work()
+
+        return self.call(call)
+
     def wait(self, done: Future[Value]) -> Value:
         """
         Wait in steps for what was submitted; other threads run meanwhile.
@@ -332,6 +285,7 @@ class MoveItCpp:
             self.node.destroy_node()
             self._ros.try_shutdown()
             self.context.close()
+            self.octomap.close()
 
     def _end_execution(self) -> None:
         """Cancel executions and plans, and wait until their controllers have ended them."""

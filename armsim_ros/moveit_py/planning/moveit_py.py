@@ -13,7 +13,8 @@ from armsim_ros.moveit_py.core.controller_manager import ExecutionStatus
 from armsim_ros.moveit_py.core.robot_model import RobotModel
 from armsim_ros.moveit_py.core.robot_trajectory import RobotTrajectory
 from armsim_ros.moveit_py.log import logger
-from armsim_ros.moveit_py.planning.moveit_cpp import MoveItCpp, node_arguments
+from armsim_ros.moveit_py.planning.description import node_arguments
+from armsim_ros.moveit_py.planning.moveit_cpp import MoveItCpp
 from armsim_ros.moveit_py.planning.planning_component import PlanningComponent
 from armsim_ros.moveit_py.planning.planning_scene_monitor import PlanningSceneMonitor
 from armsim_ros.moveit_py.planning.trajectory_execution_manager import TrajectoryExecutionManager

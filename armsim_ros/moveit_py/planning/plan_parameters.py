@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TYPE_CHECKING
 
+from armsim_ros.moveit_py.log import warn_once, warn_unused
+
 if TYPE_CHECKING:
     from armsim_ros.moveit_py.planning.moveit_py import MoveItPy
 
@@ -21,6 +23,8 @@ class PlanRequestParameters:
     """
     How to plan; each parameter can be set.
 
+    A name that is not used, or a namespace without any, is logged once.
+
     :param moveit_py: its node has the parameters.
     :param ns: they are those of ``<ns>.plan_request_params``; '' for ``plan_request_params``.
     :raises ValueError: a parameter has a value of another type.
@@ -34,9 +38,13 @@ class PlanRequestParameters:
     max_acceleration_scaling_factor: float
 
     def __init__(self, moveit_py: MoveItPy, ns: str = '') -> None:
-        given, prefix = moveit_py._cpp.parameters, f'{ns}.' if ns else ''
+        given = moveit_py._cpp.parameters
+        prefix = f'{ns}.plan_request_params.' if ns else 'plan_request_params.'
+        warn_unused(given, prefix, _DEFAULTS)
+        if not any(key.startswith(prefix) for key in given):
+            warn_once(f'no parameter {prefix}*; plans with the defaults')
         for name, default in _DEFAULTS.items():
-            key = f'{prefix}plan_request_params.{name}'
+            key = prefix + name
             value = given.get(key, default)
             kind = type(default)
             if not isinstance(value, (int, float) if kind is float else kind):

@@ -20,11 +20,7 @@ from armsim_ros.moveit_py.core.kinematic_constraints import (
 )
 from armsim_ros.moveit_py.core.planning_interface import MotionPlanResponse
 from armsim_ros.moveit_py.core.planning_scene import PlanningScene
-from armsim_ros.moveit_py.core.robot_state import (
-    RobotState,
-    robotStateToRobotStateMsg,
-    unknown_state,
-)
+from armsim_ros.moveit_py.core.robot_state import RobotState, robotStateToRobotStateMsg
 from armsim_ros.moveit_py.core.robot_trajectory import RobotTrajectory
 from armsim_ros.moveit_py.log import logger
 from armsim_ros.moveit_py.planning.plan_parameters import (
@@ -88,7 +84,7 @@ class PlanningComponent:
         :raises ValueError: there is no such state; lists those that there are.
         """
         if name not in self._states:
-            raise ValueError(unknown_state(self._model, self._group.name, name))
+            raise ValueError(self._model._unknown_state(self._group.name, name))
         return dict(self._states[name])
 
     # ---------------------------------------------------------------- start

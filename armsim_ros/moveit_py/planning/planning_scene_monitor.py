@@ -132,17 +132,15 @@ class PlanningSceneMonitor:
         return self._cpp.call(apply)
 
     def clear_octomap(self) -> None:
-        """Remove the octomap from the scene."""
+        """Remove the octomap from the scene, and what sensors have seen up to now."""
+        self._cpp.octomap.forget()
         self._cpp.context.scene.set_octomap(None)
 
     # ---------------------------------------------------------------- topics
 
     def update_frame_transforms(self) -> None:
         """Take the newest transforms; that happens before each plan, too."""
-        async def catch_up() -> None:
-            self._cpp.node.catch_up()
-
-        self._cpp.call(catch_up)
+        self._cpp.run(self._cpp.node.catch_up)
 
     def wait_for_current_robot_state(self, t: Time, wait_time: float) -> bool:
         """
@@ -187,30 +185,16 @@ class PlanningSceneMonitor:
 
     def start_scene_monitor(self) -> None:
         """Follow the topics of the scene, as from the beginning."""
-        self._follow_scene(True)
+        self._cpp.run(lambda: self._cpp.follow_scene(True))
 
     def stop_scene_monitor(self) -> None:
         """Follow the topics of the scene no longer."""
-        self._follow_scene(False)
-
-    def _follow_scene(self, follow: bool) -> None:
-        async def change() -> None:
-            self._cpp.follow_scene(follow)
-
-        self._cpp.call(change)
+        self._cpp.run(lambda: self._cpp.follow_scene(False))
 
     def start_state_monitor(self) -> None:
         """Follow the joint states, as from the beginning."""
-        self._follow_state(True)
+        self._cpp.run(self._cpp.context.states.start)
 
     def stop_state_monitor(self) -> None:
         """Follow the joint states no longer."""
-        self._follow_state(False)
-
-    def _follow_state(self, follow: bool) -> None:
-        states = self._cpp.context.states
-
-        async def change() -> None:
-            (states.start if follow else states.stop)()
-
-        self._cpp.call(change)
+        self._cpp.run(self._cpp.context.states.stop)

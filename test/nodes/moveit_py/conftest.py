@@ -26,6 +26,11 @@ CONTROLLER = 'panda_arm_controller'
 JOINTS = tuple(f'panda_joint{k}' for k in range(1, 8))
 
 
+def pytest_addoption(parser):
+    """Add what makes the test of a script's end longer."""
+    parser.addoption('--endings', type=int, default=1, help='runs of a script for each way to end')
+
+
 class Panda:
     """Joint states, and the action of a controller that obeys at once, or hangs."""
 

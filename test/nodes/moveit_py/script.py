@@ -3,12 +3,10 @@
 """
 A script that ends in some way: plain, shutdown, error, or with Ctrl-C in plan or execute.
 
-    script.py WAY PARAMETERS.json
+    script.py WAY --ros-args --params-file PARAMETERS.yaml
 """
 
-import json
 import os
-from pathlib import Path
 import signal
 import sys
 import threading
@@ -22,8 +20,12 @@ from shape_msgs.msg import SolidPrimitive
 from moveit.planning import MoveItPy, PlanRequestParameters
 
 way = sys.argv[1]
-rclpy.init()
-moveit = MoveItPy(config_dict=json.loads(Path(sys.argv[2]).read_text(encoding='utf-8')))
+# Its own rclpy is initialized before, after, or never.
+if way not in ('plain', 'error'):
+    rclpy.init()
+moveit = MoveItPy()
+if way == 'error':
+    rclpy.init()
 arm = moveit.get_planning_component('panda_arm')
 state = arm.get_start_state()
 state.joint_positions = {'panda_joint1': state.joint_positions['panda_joint1'] + 0.5}

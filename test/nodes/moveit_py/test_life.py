@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a MoveItPy begins and ends."""
 
-import json
 from pathlib import Path
 import subprocess
 import sys
+import tempfile
 
 import pytest
 import rclpy
@@ -13,27 +13,38 @@ from std_msgs.msg import String
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.clients.ros_client import RosClient
-from armsim_ros.moveit_py.planning import moveit_cpp
-from armsim_ros.moveit_py.planning.moveit_cpp import node_arguments
+from armsim_ros.moveit_py.planning import description
+from armsim_ros.moveit_py.planning.description import node_arguments
 from armsim_ros.nodes import qos
 from moveit.planning import MoveItPy
+from moveit.utils import create_params_file_from_dict
 
 
-@pytest.mark.parametrize('way', ['plain', 'shutdown', 'error', 'plan', 'execute'])
-def test_a_script_ends_cleanly(way, panda, parameters, tmp_path):
+def pytest_generate_tests(metafunc):
+    """Have each way to end as often as ``--endings`` has it."""
+    if 'way' in metafunc.fixturenames:
+        runs = metafunc.config.getoption('endings', None) or 1
+        metafunc.parametrize(('way', 'run'), [
+            (way, run) for way in ('plain', 'shutdown', 'error', 'plan', 'execute')
+            for run in range(runs)])
+
+
+def test_a_script_ends_cleanly(way, run, panda, parameters, tmp_path, monkeypatch):
     """With its own status, and without a word of the interpreter or the middleware."""
     panda.hangs = way == 'execute'
     panda.cancelled.clear()
-    file = tmp_path / 'parameters.json'
-    file.write_text(json.dumps(parameters))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    file = create_params_file_from_dict(parameters, 'moveit_py')
     done = subprocess.run(
-        [sys.executable, Path(__file__).with_name('script.py'), way, file],
+        [sys.executable, Path(__file__).with_name('script.py'), way,
+         '--ros-args', '--params-file', file],
         capture_output=True, text=True, timeout=60)
     panda.hangs = False
     text = [line for line in done.stderr.splitlines() if not line.startswith('[')]
     if way == 'error':
         assert done.returncode == 1
-        assert text[-1] == 'ZeroDivisionError'
+        assert (text[0].split()[0], text[-1]) == ('Traceback', 'ZeroDivisionError')
+        assert len(text) == 4, done.stderr
         return
     assert (done.returncode, text) == (0, []), done.stderr
     assert done.stdout.endswith('the end\n')
@@ -60,7 +71,7 @@ def test_shutdown_leaves_the_scripts_rclpy_alone(panda, parameters):
 
 def test_a_missing_description(monkeypatch):
     """The error names what is missing and where it was searched for."""
-    monkeypatch.setattr(moveit_cpp, 'DESCRIPTION_TIMEOUT', 0.1)
+    monkeypatch.setattr(description, 'DESCRIPTION_TIMEOUT', 0.1)
     with pytest.raises(RuntimeError, match=r'no robot_description and no .*config_dict'):
         MoveItPy('nothing', config_dict={'a': 1})
 
@@ -74,9 +85,15 @@ def test_descriptions_come_from_topics(panda, parameters):
         rest = {name: value for name, value in parameters.items()
                 if not name.startswith('robot_description')}
         made = MoveItPy('by_topic', 'left', config_dict=rest,
-                        remappings={'joint_states': '/joint_states'})
+                        remappings={'joint_states': '/joint_states'},
+                        provide_planning_service=False)
         assert made.get_robot_model().name == 'panda'
-        assert made._cpp.node.get_namespace() == '/left'
+        node = made._cpp.node
+        assert node.get_namespace() == '/left'
+        assert {f'/left/{name}' for name in (
+            'planning_scene', 'planning_scene_world', 'collision_object',
+            'attached_collision_object')} < {each.topic_name for each in node.subscriptions}
+        assert '/left/get_planning_scene' not in {each.srv_name for each in node.services}
         made.shutdown()
 
 

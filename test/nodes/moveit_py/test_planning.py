@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plans of a script."""
 
+from types import SimpleNamespace
+
 from ball_message import ball_message
 from geometry_msgs.msg import PoseStamped
 from moveit_msgs.msg import Constraints, MoveItErrorCodes
+import numpy as np
 import pytest
 
+from armsim_ros.moveit_py import log
+from armsim_ros.moveit_py.planning import planning_component
 from moveit.core.kinematic_constraints import construct_joint_constraint
 from moveit.core.robot_state import RobotState
 from moveit.planning import (
@@ -124,8 +129,24 @@ def test_parameters_of_a_plan(moveit, arm):
     arm.set_goal_state(robot_state=goal_state(moveit, panda_joint1=0.5))
     fast = arm.plan(single_plan_parameters=default).trajectory.duration
     assert arm.plan(slow).trajectory.duration > 3.0 * fast
-    slow.max_velocity_scaling_factor = 1.0
+    slow.max_velocity_scaling_factor, slow.planning_pipeline = 1.0, ''
     assert arm.plan(slow).trajectory.duration < 2.0 * fast
+
+
+def test_parameters_that_are_not_used_are_logged(monkeypatch):
+    """Once, with those that are known; a namespace without any has the defaults."""
+    lines = []
+    monkeypatch.setattr(log, 'logger', lambda: SimpleNamespace(warning=lines.append))
+    monkeypatch.setattr(log, '_reported', set())
+    script = SimpleNamespace(_cpp=SimpleNamespace(parameters={
+        'a.plan_request_params.planning_attempt': 1, 'a.plan_request_params.planner_id': 'x'}))
+    for _ in range(2):
+        assert PlanRequestParameters(script, 'a').planner_id == 'x'
+        assert PlanRequestParameters(script, 'b').planning_attempts == 5
+    unused, absent = lines
+    assert 'planning_attempt not used' in unused
+    assert 'planning_attempts' in unused
+    assert 'b.plan_request_params' in absent
 
 
 def test_several_pipelines(moveit, arm):
@@ -141,6 +162,7 @@ def test_several_pipelines(moveit, arm):
         seen.append([each.error_code.val for each in answers])
         return [each for each in answers if each][-1]
 
+
     assert arm.plan(
         multi_plan_parameters=several, solution_selection_function=last_plan).planner_id == 'PTP'
     assert seen == [[MoveItErrorCodes.SUCCESS] * 2 + [MoveItErrorCodes.FAILURE]]
@@ -151,6 +173,17 @@ def test_several_pipelines(moveit, arm):
 
     assert arm.plan(multi_plan_parameters=several, stopping_criterion_callback=enough)
     assert seen[-1] == (1, 3)
+
+
+def test_the_shortest_plan_is_taken():
+    """In joint space, whatever it lasts; an answer without a plan only where there is no plan."""
+    def answer(*positions):
+        points = SimpleNamespace(positions=np.array(positions).reshape(-1, 1))
+        return SimpleNamespace(trajectory=SimpleNamespace(_points=points))
+
+    failed, detour, direct = SimpleNamespace(trajectory=None), answer(0.0, 2.0, 1.0), answer(0, 1)
+    assert planning_component._shortest([failed, detour, direct]) is direct
+    assert planning_component._shortest([failed]) is failed
 
 
 def test_plans_in_a_scene_of_the_script(moveit, arm):
