@@ -20,6 +20,8 @@ from shape_msgs.msg import SolidPrimitive
 from moveit.planning import MoveItPy, PlanRequestParameters
 
 way = sys.argv[1]
+# As in a terminal; background jobs of a shell ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 # Its own rclpy is initialized before, after, or never.
 if way not in ('plain', 'error'):
     rclpy.init()
@@ -58,7 +60,7 @@ waiting, moment = threading.Event(), []
 parameters = PlanRequestParameters(moveit, '')
 try:
     if way == 'plan':
-        # The other side cannot be reached: there are walls on both sides and above.
+        # A long search: there are walls on both sides and above.
         with moveit.get_planning_scene_monitor().read_write() as scene:
             scene.apply_collision_object(walls())
             state.set_to_default_values('panda_arm', 'ready')
