@@ -10,6 +10,11 @@ from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState
 
 
+def pytest_configure(config):
+    """Register the mark that names a statement."""
+    config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
+
+
 @pytest.fixture(scope='session')
 def model():
     """Return the Panda of the package, from its files."""

@@ -10,6 +10,8 @@ from moveit.core.kinematic_constraints import (
     construct_link_constraint,
 )
 
+pytestmark = pytest.mark.statement('C7')
+
 
 def test_joint_constraints(ready):
     """One per active joint, with a tolerance of 0.01 unless another is given."""

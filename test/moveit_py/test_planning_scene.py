@@ -29,6 +29,8 @@ from moveit.core.kinematic_constraints import construct_joint_constraint
 from moveit.core.robot_state import robotStateToRobotStateMsg
 from moveit.core.robot_trajectory import RobotTrajectory
 
+pytestmark = pytest.mark.statement('C4', 'C5')
+
 
 @pytest.fixture
 def in_hand(model, ready):

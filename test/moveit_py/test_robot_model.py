@@ -8,6 +8,8 @@ import pytest
 
 from armsim_ros.errors import PlanningError
 
+pytestmark = pytest.mark.statement('C2')
+
 
 def test_groups(model):
     """A group has all its joints, and among them those with a variable of their own."""

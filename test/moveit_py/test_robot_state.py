@@ -11,6 +11,8 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
 
+pytestmark = pytest.mark.statement('C3')
+
 STEP = 1e-6
 
 

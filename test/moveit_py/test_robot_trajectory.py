@@ -11,8 +11,11 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.errors import PlanningError
 from armsim_ros.moveit_py import log
+from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState
 from moveit.core.robot_trajectory import RobotTrajectory
+
+pytestmark = pytest.mark.statement('C6')
 
 
 @pytest.fixture
@@ -84,6 +87,25 @@ def test_reversed(path):
     assert [state.joint_positions['panda_joint1'] for state in path] == [0.8, 0.4, 0.0]
     assert path[0].joint_velocities['panda_joint1'] == pytest.approx(-0.2)
     assert path.duration == 2.0
+
+
+def test_continuous_joints_are_unwound(tmp_path):
+    """A jump by a full turn goes; a joint with bounds keeps its values."""
+    urdf, srdf = tmp_path / 'turns.urdf', tmp_path / 'turns.srdf'
+    urdf.write_text(
+        '<robot name="turns"><link name="a"/><link name="b"/><link name="c"/>'
+        '<joint name="turn" type="continuous"><parent link="a"/><child link="b"/></joint>'
+        '<joint name="bend" type="revolute"><parent link="b"/><child link="c"/>'
+        '<limit lower="-7" upper="7" effort="1" velocity="1"/></joint></robot>')
+    srdf.write_text('<robot name="turns"/>')
+    model, message = RobotModel(str(urdf), str(srdf)), RobotTrajectoryMessage()
+    message.joint_trajectory.joint_names = ['turn', 'bend']
+    for k, angle in enumerate((3.0, -3.0)):
+        message.joint_trajectory.points.append(JointTrajectoryPoint(positions=[angle, angle]))
+        message.joint_trajectory.points[-1].time_from_start.sec = k
+    made = RobotTrajectory(model).set_robot_trajectory_msg(RobotState(model), message)
+    assert made.unwind() is made
+    assert made[1].joint_positions == pytest.approx({'turn': 2.0 * np.pi - 3.0, 'bend': -3.0})
 
 
 def test_timing_is_optimal_and_keeps_the_limits(path):

@@ -12,6 +12,8 @@ from typing import get_args, get_origin, get_type_hints, Union
 import pytest
 import yaml
 
+pytestmark = pytest.mark.statement('A4', 'C1')
+
 FACTS = yaml.safe_load(Path(__file__).with_name('signatures.yaml').read_text())
 
 

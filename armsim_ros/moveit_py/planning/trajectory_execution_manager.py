@@ -118,11 +118,8 @@ class TrajectoryExecutionManager:
         if isinstance(part_callback, bool):
             part_callback, auto_clear = None, part_callback
         self._cpp.check()
-        self.stop_execution(auto_clear=False)
+        self._begin()
         parts = tuple(self._parts)
-        self._idle.clear()
-        self._stop.clear()
-        self._status = ExecutionStatus('RUNNING')
 
         def run() -> None:
             status = self._run(parts, part_callback)
@@ -171,6 +168,13 @@ class TrajectoryExecutionManager:
         else:
             logger().warning(f"process_event: '{event}' is not known; allowed: stop")
 
+    def _begin(self) -> None:
+        """Stop what is executed; from now on there is an execution."""
+        self.stop_execution(auto_clear=False)
+        self._idle.clear()
+        self._stop.clear()
+        self._status = ExecutionStatus('RUNNING')
+
     def _run(self, parts: Sequence[_Part], done: PartCallback | None) -> ExecutionStatus:
         for place, (trajectory, multi_dof, names) in enumerate(parts):
             try:
@@ -189,15 +193,15 @@ class TrajectoryExecutionManager:
         self, trajectory: JointTrajectory, names: Sequence[str]
     ) -> ExecutionStatus:
         """Execute a trajectory at once and wait; Ctrl-C cancels it."""
-        self.stop_execution(auto_clear=False)
-        self._stop.clear()
-        self._status = ExecutionStatus('RUNNING')
+        self._begin()
         try:
             self._status = self._cpp.call(
                 lambda: self._outcome(trajectory, names, None), cancel=self._stop.set)
         except BaseException:
             self._status = ExecutionStatus('PREEMPTED')
             raise
+        finally:
+            self._idle.set()
         return self._status
 
     async def _outcome(

@@ -26,6 +26,11 @@ CONTROLLER = 'panda_arm_controller'
 JOINTS = tuple(f'panda_joint{k}' for k in range(1, 8))
 
 
+def pytest_configure(config):
+    """Register the mark that names a statement."""
+    config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
+
+
 def pytest_addoption(parser):
     """Add what makes the test of a script's end longer."""
     parser.addoption('--endings', type=int, default=1, help='runs of a script for each way to end')

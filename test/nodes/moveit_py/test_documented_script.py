@@ -13,6 +13,8 @@ from std_msgs.msg import String
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes import qos
 
+pytestmark = pytest.mark.statement('A1', 'A3')
+
 ROOT = Path(__file__).parents[3]
 
 

@@ -24,6 +24,7 @@ def plan(moveit, arm):
     return make
 
 
+@pytest.mark.statement('B3')
 def test_the_robot_goes_to_the_goal(moveit, plan, panda):
     """The controller that has the joints gets the trajectory; the next plan begins there."""
     status = moveit.execute(plan(0.4), controllers=[])
@@ -34,6 +35,7 @@ def test_the_robot_goes_to_the_goal(moveit, plan, panda):
     assert len(panda.goals) == 2
 
 
+@pytest.mark.statement('B3')
 def test_what_cannot_be_executed_is_aborted(moveit, plan):
     """Nothing to execute, an unknown controller, a start where the robot is not."""
     assert moveit.execute(None, []).status == 'ABORTED'
@@ -42,6 +44,7 @@ def test_what_cannot_be_executed_is_aborted(moveit, plan):
     assert moveit.execute(trajectory.__reverse__(), []).status == 'ABORTED'
 
 
+@pytest.mark.statement('B8')
 def test_trajectories_in_a_row(moveit, plan, panda):
     """Each is pushed first; callbacks get the number of each, and the status at the end."""
     manager = moveit.get_trajectory_execution_manager()
@@ -68,6 +71,7 @@ def test_trajectories_in_a_row(moveit, plan, panda):
     assert manager.execute_and_wait().status == 'SUCCEEDED'
 
 
+@pytest.mark.statement('B8')
 def test_an_execution_is_stopped(moveit, plan, panda):
     """The controller's goal is cancelled, and the status says so."""
     manager = moveit.get_trajectory_execution_manager()
@@ -84,6 +88,27 @@ def test_an_execution_is_stopped(moveit, plan, panda):
     assert manager.wait_for_execution().status == 'PREEMPTED'
 
 
+@pytest.mark.statement('A6', 'B8')
+def test_another_thread_stops_an_execution(moveit, plan, panda):
+    """While execute waits, other threads run; stop_execution returns when it has ended."""
+    manager = moveit.get_trajectory_execution_manager()
+    trajectory, waiting, found = plan(0.4), threading.Event(), []
+    panda.hangs = True
+
+    def stop():
+        while not panda.goals:
+            waiting.wait(0.01)
+        manager.stop_execution()
+        found.append(manager.get_last_execution_status().status)
+
+    thread = threading.Thread(target=stop)
+    thread.start()
+    assert moveit.execute(trajectory, []).status == 'PREEMPTED'
+    thread.join(10.0)
+    assert found == ['PREEMPTED']
+
+
+@pytest.mark.statement('B8')
 def test_controllers(moveit):
     """Those of the configuration are active; others are not known."""
     manager = moveit.get_trajectory_execution_manager()
@@ -95,6 +120,7 @@ def test_controllers(moveit):
     assert not manager.ensure_active_controllers(['other'])
 
 
+@pytest.mark.statement('B8')
 def test_settings(moveit):
     """They have the values of the configuration, can be set, and are checked."""
     manager = moveit.get_trajectory_execution_manager()

@@ -29,6 +29,7 @@ def pytest_generate_tests(metafunc):
             for run in range(runs)])
 
 
+@pytest.mark.statement('A5', 'A6', 'B1', 'C8')
 def test_a_script_ends_cleanly(way, run, panda, parameters, tmp_path, monkeypatch):
     """With its own status, and without a word of the interpreter or the middleware."""
     panda.hangs = way == 'execute'
@@ -54,6 +55,7 @@ def test_a_script_ends_cleanly(way, run, panda, parameters, tmp_path, monkeypatc
         assert panda.cancelled.wait(1.0)
 
 
+@pytest.mark.statement('A5', 'B3')
 def test_shutdown_leaves_the_scripts_rclpy_alone(panda, parameters):
     """Its context goes on; what was shut down reports that it was."""
     rclpy.init()
@@ -69,6 +71,7 @@ def test_shutdown_leaves_the_scripts_rclpy_alone(panda, parameters):
         rclpy.shutdown()
 
 
+@pytest.mark.statement('B1')
 def test_a_missing_description(monkeypatch):
     """The error names what is missing and where it was searched for."""
     monkeypatch.setattr(description, 'DESCRIPTION_TIMEOUT', 0.1)
@@ -76,14 +79,18 @@ def test_a_missing_description(monkeypatch):
         MoveItPy('nothing', config_dict={'a': 1})
 
 
+@pytest.mark.statement('B1', 'B2')
 def test_descriptions_come_from_topics(panda, parameters):
-    """Where parameters have none, and from the namespace of the node."""
+    """Where parameters have none, and from the namespace of the node, like all of its topics."""
     with RosClient('describes') as client:
         for name in ('robot_description', 'robot_description_semantic'):
             publisher = client.node.create_publisher(String, f'/left/{name}', qos.LATCHED)
             publisher.publish(String(data=parameters[name]))
         rest = {name: value for name, value in parameters.items()
                 if not name.startswith('robot_description')}
+        rest.update(sensors=['cloud'], cloud={
+            'sensor_plugin': 'occupancy_map_monitor/PointCloudOctomapUpdater',
+            'point_cloud_topic': '/points'})
         made = MoveItPy('by_topic', 'left', config_dict=rest,
                         remappings={'joint_states': '/joint_states'},
                         provide_planning_service=False)
@@ -92,11 +99,12 @@ def test_descriptions_come_from_topics(panda, parameters):
         assert node.get_namespace() == '/left'
         assert {f'/left/{name}' for name in (
             'planning_scene', 'planning_scene_world', 'collision_object',
-            'attached_collision_object')} < {each.topic_name for each in node.subscriptions}
+            'attached_collision_object')} | {'/points'} < {each.topic_name for each in node.subscriptions}
         assert '/left/get_planning_scene' not in {each.srv_name for each in node.services}
         made.shutdown()
 
 
+@pytest.mark.statement('B1')
 def test_no_complete_state_in_time(panda, parameters):
     """The error names the topics and the joints."""
     options = {'wait_for_initial_state_timeout': 0.2}
@@ -106,6 +114,7 @@ def test_no_complete_state_in_time(panda, parameters):
             remappings=dict.fromkeys(('joint_states', '/joint_states'), '/right/joint_states'))
 
 
+@pytest.mark.statement('B1')
 def test_parameters_of_files(tmp_path):
     """The node's own block wins over a wildcard, a later file over an earlier, a dict over all."""
     first, second = tmp_path / 'first.yaml', tmp_path / 'second.yaml'
@@ -119,6 +128,7 @@ def test_parameters_of_files(tmp_path):
         node_arguments('arm', '', [str(tmp_path / 'absent.yaml')], None, None)
 
 
+@pytest.mark.statement('B1')
 def test_a_description_by_another_name():
     """planning_scene_monitor_options name the parameter; the others begin with its name."""
     found = node_arguments('arm', '', [], {

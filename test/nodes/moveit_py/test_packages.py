@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.statement('A1', 'A2', 'D1')
+
 SCRIPT = """#!/usr/bin/env python3
 import sys
 

@@ -29,6 +29,7 @@ def goal_state(moveit, **joints):
     return state
 
 
+@pytest.mark.statement('B4')
 def test_named_states(arm):
     """A group has its states; an unknown one is False for a goal, an error for its values."""
     assert arm.planning_group_name == 'panda_arm'
@@ -40,12 +41,14 @@ def test_named_states(arm):
         arm.get_named_target_state_values('up')
 
 
+@pytest.mark.statement('A7', 'B4')
 def test_an_unknown_group(moveit):
     """The error lists the groups."""
     with pytest.raises(RuntimeError, match='panda_arm, hand'):
         PlanningComponent('arm', moveit)
 
 
+@pytest.mark.statement('B4')
 def test_the_start_is_the_present_state_unless_another_is_set(moveit, arm, panda):
     """A given state is copied."""
     present = arm.get_start_state().joint_positions
@@ -58,6 +61,7 @@ def test_the_start_is_the_present_state_unless_another_is_set(moveit, arm, panda
     assert arm.get_start_state().joint_positions == present
 
 
+@pytest.mark.statement('B4')
 @pytest.mark.parametrize('arguments', [
     {}, {'configuration_name': 'ready', 'motion_plan_constraints': []},
     {'pose_stamped_msg': PoseStamped()}, {'pose_link': 'panda_link8', 'configuration_name': 'up'}])
@@ -69,6 +73,7 @@ def test_a_goal_is_exactly_one(arm, arguments):
         arm.set_start_state()
 
 
+@pytest.mark.statement('B4', 'B5')
 def test_plans_to_all_kinds_of_goals(moveit, arm):
     """A state, the pose of a link, constraints; the plan begins at the start and ends there."""
     arm.set_start_state(robot_state=goal_state(moveit))
@@ -92,6 +97,7 @@ def test_plans_to_all_kinds_of_goals(moveit, arm):
             (pose.pose.position.x, pose.pose.position.y, pose.pose.position.z), abs=0.02)
 
 
+@pytest.mark.statement('B5', 'D2')
 def test_a_plan_that_fails_is_an_answer(moveit, arm, monitor):
     """No goal, a goal that collides, an impossible constraint: a code, not an exception."""
     response = arm.plan()
@@ -109,6 +115,7 @@ def test_a_plan_that_fails_is_an_answer(moveit, arm, monitor):
     assert arm.plan().error_code.val == MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS
 
 
+@pytest.mark.statement('B5')
 def test_arguments_that_exclude_each_other(moveit, arm):
     """Both kinds of parameters, or a scene without any."""
     single = PlanRequestParameters(moveit, 'lin')
@@ -120,6 +127,7 @@ def test_arguments_that_exclude_each_other(moveit, arm):
         arm.plan(planning_scene=scene)
 
 
+@pytest.mark.statement('B6')
 def test_parameters_of_a_plan(moveit, arm):
     """Those of a namespace, with upstream's defaults; they can be set."""
     slow, default = PlanRequestParameters(moveit, 'slow'), PlanRequestParameters(moveit, '')
@@ -133,6 +141,7 @@ def test_parameters_of_a_plan(moveit, arm):
     assert arm.plan(slow).trajectory.duration < 2.0 * fast
 
 
+@pytest.mark.statement('A7')
 def test_parameters_that_are_not_used_are_logged(monkeypatch):
     """Once, with those that are known; a namespace without any has the defaults."""
     lines = []
@@ -149,6 +158,7 @@ def test_parameters_that_are_not_used_are_logged(monkeypatch):
     assert 'b.plan_request_params' in absent
 
 
+@pytest.mark.statement('B7')
 def test_several_pipelines(moveit, arm):
     """What is not available fails and does not disturb the others; the shortest plan wins."""
     arm.set_goal_state(robot_state=goal_state(moveit, panda_joint1=0.4))
@@ -175,6 +185,7 @@ def test_several_pipelines(moveit, arm):
     assert seen[-1] == (1, 3)
 
 
+@pytest.mark.statement('B7')
 def test_the_shortest_plan_is_taken():
     """In joint space, whatever it lasts; an answer without a plan only where there is no plan."""
     def answer(*positions):
@@ -186,6 +197,7 @@ def test_the_shortest_plan_is_taken():
     assert planning_component._shortest([failed]) is failed
 
 
+@pytest.mark.statement('B5', 'B9')
 def test_plans_in_a_scene_of_the_script(moveit, arm):
     """A copy of the scene, changed, decides; in a block, the scene of the block."""
     parameters = PlanRequestParameters(moveit, '')
@@ -204,6 +216,7 @@ def test_plans_in_a_scene_of_the_script(moveit, arm):
         assert arm.plan(parameters)
 
 
+@pytest.mark.statement('B4')
 def test_path_constraints_and_workspace(moveit, arm):
     """A constraint that the start does not keep is refused; a workspace limits no arm."""
     arm.set_goal_state(robot_state=goal_state(moveit, panda_joint1=0.5))

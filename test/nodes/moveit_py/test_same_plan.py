@@ -19,6 +19,8 @@ from armsim_ros.nodes.polling_node import PollingNode
 from moveit.core.robot_state import RobotState
 from moveit.planning import PlanRequestParameters
 
+pytestmark = pytest.mark.statement('A3')
+
 
 @pytest.fixture
 def move_group(panda, parameters):

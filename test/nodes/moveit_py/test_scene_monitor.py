@@ -12,6 +12,8 @@ from rclpy.time import Time
 
 from armsim_ros.clients.ros_client import RosClient
 
+pytestmark = pytest.mark.statement('A3', 'B9')
+
 FRAME = 'panda_link0'
 
 

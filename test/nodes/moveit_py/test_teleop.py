@@ -13,6 +13,8 @@ from armsim_ros.moveit_py import teleop
 from moveit.policies import Policy
 from moveit.servo_client.devices.ps4_dualshock import PS4DualShockTeleop
 
+pytestmark = pytest.mark.statement('C8')
+
 
 @pytest.fixture
 def ros():
