@@ -89,6 +89,11 @@ class InverseKinematics:
             position_tolerance, orientation_tolerance, max_iterations
         )
 
+    def prepare(self, targets: Sequence[IKTarget]) -> None:
+        """Make the tables for these targets; otherwise a first search spends its time on them."""
+        if self._refusal(targets) is None:
+            self._table(tuple(target.link for target in targets))
+
     def solve(
         self, targets: Sequence[IKTarget], seed: Vector, options: IKOptions = ANY,
     ) -> IKResult:

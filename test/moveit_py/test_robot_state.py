@@ -3,12 +3,19 @@
 """Positions, velocities and poses of a state."""
 
 import copy
+from types import SimpleNamespace
 
+from geometry_msgs.msg import Pose
 import numpy as np
 import pytest
 
+from armsim_ros.config.robot_folder import find_files
 from armsim_ros.errors import PlanningError
+from armsim_ros.kinematics import inverse
+from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
+from armsim_ros.moveit_py.core import robot_state
+from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
 
 pytestmark = pytest.mark.statement('C3')
@@ -134,6 +141,25 @@ def test_inverse_kinematics_begins_at_the_state(ready):
     found = ready.joint_positions
     assert ready.set_from_ik('panda_arm', pose, 'panda_link8', timeout=0.01) is False
     assert ready.joint_positions == found
+
+
+def test_the_time_limit_is_that_of_the_search(monkeypatch):
+    """What is made at the first need is made before the time counts."""
+    now = [0.0]
+
+    def slow_table(*arguments):
+        now[0] += 1.0
+        return StartTable(*arguments)
+
+    monkeypatch.setattr(robot_state, 'time', SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(inverse, 'StartTable', slow_table)
+    files = find_files('panda')
+    state = RobotState(RobotModel(str(files.urdf_file), str(files.srdf_file)))
+    state.set_to_default_values('panda_arm', 'extended')
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z = 0.25, 0.25, 0.5
+    assert state.set_from_ik('panda_arm', pose, 'panda_hand')
+    assert now == [1.0]
 
 
 def test_a_link_that_the_solver_does_not_position(ready):

@@ -293,9 +293,10 @@ class RobotState:
                 return False
             seconds = timeout or max(
                 DEFAULT_IK_TIMEOUT, context.settings.ik_timeouts.get(name, 0.0))
-            found = inverse.solve(
-                [IKTarget(frame.link, pose, frame.offset)], self._q,
-                IKOptions(clock=time.monotonic, deadline=time.monotonic() + seconds))
+            targets = [IKTarget(frame.link, pose, frame.offset)]
+            inverse.prepare(targets)
+            found = inverse.solve(targets, self._q, IKOptions(
+                clock=time.monotonic, deadline=time.monotonic() + seconds))
         if found.q is None:
             logger().warning(f'set_from_ik: {found.message}')
             return False
