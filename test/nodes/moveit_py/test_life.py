@@ -97,9 +97,10 @@ def test_descriptions_come_from_topics(panda, parameters):
         assert made.get_robot_model().name == 'panda'
         node = made._cpp.node
         assert node.get_namespace() == '/left'
-        assert {f'/left/{name}' for name in (
+        followed = {each.topic_name for each in node.subscriptions}
+        assert {'/points', *(f'/left/{name}' for name in (
             'planning_scene', 'planning_scene_world', 'collision_object',
-            'attached_collision_object')} | {'/points'} < {each.topic_name for each in node.subscriptions}
+            'attached_collision_object'))} < followed
         assert '/left/get_planning_scene' not in {each.srv_name for each in node.services}
         made.shutdown()
 
