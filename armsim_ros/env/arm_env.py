@@ -199,9 +199,13 @@ class ArmEnv(Env[Any, Any]):
         :raises ValueError: it has the wrong length, or a number that is not finite.
         :raises SimulationError: the physics became unstable.
         """
-        values: Vector | None = self._actions.checked(action)
+        return self._act(self._actions.checked(action))
+
+    def _act(self, action: Vector) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Do what ``step`` does with a checked action, in units."""
+        values: Vector | None = action
         if self._latency:
-            self._waiting.append(self._actions.checked(action).copy())
+            self._waiting.append(action.copy())
             waited = len(self._waiting) > self._latency
             values = self._waiting.popleft() if waited else None
         if values is not None:

@@ -10,12 +10,9 @@ from gymnasium.spaces import Box, Dict
 import mujoco
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import selector, Vector
 from armsim_ros.sim.physics.mujoco_model import object_body_name
 from armsim_ros.sim.simulation import Simulation
-
-#: From MuJoCo's order of a quaternion, w first, to w last.
-_XYZW = np.array([1, 2, 3, 0])
 
 
 class Observations:
@@ -54,14 +51,15 @@ class Observations:
         if model is not self._model:
             self._bind(simulation)
         mujoco.mj_kinematics(model, data)
-        state, places, bodies = simulation.state, self._places, self._bodies
-        poses = np.empty((len(bodies), 7))
-        poses[:, :3] = data.xpos[bodies]
-        poses[:, 3:] = data.xquat[bodies][:, _XYZW]
+        state, places = simulation.state, self._places
+        poses = np.empty((len(self._bodies), 7))
+        poses[:, :3] = data.xpos[self._bodies]
+        quaternions = data.xquat[self._bodies]
+        poses[:, 3:6], poses[:, 6] = quaternions[:, 1:], quaternions[:, 0]
         found = {
-            'joint_positions': state.position[places],
-            'joint_velocities': state.velocity[places],
-            'joint_efforts': state.effort[places],
+            'joint_positions': state.position[places].copy(),
+            'joint_velocities': state.velocity[places].copy(),
+            'joint_efforts': state.effort[places].copy(),
             'tip_pose': poses[0],
         }
         if self._objects:
@@ -74,6 +72,6 @@ class Observations:
     def _bind(self, simulation: Simulation) -> None:
         """Find the bodies; their numbers hold until the world is edited."""
         self._model = model = simulation.mujoco_model
-        self._places = np.array([simulation.index[name] for name in self._joints], dtype=np.intp)
+        self._places = selector([simulation.index[name] for name in self._joints])
         bodies = [int(model.body(object_body_name(name)).id) for name in self._objects]
         self._bodies = np.array([simulation.link_body(self._tip), *bodies], dtype=np.intp)

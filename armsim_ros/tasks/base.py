@@ -228,7 +228,7 @@ class TaskEnv(ArmEnv):
         values = self._actions.checked(action)
         if self._normalized:
             values = np.minimum(np.maximum(values, -1.0), 1.0)
-        return super().step(self._middle + self._half * values)
+        return self._act(self._middle + self._half * values)
 
     def observe(self) -> Any:
         """Return the present observation, and note whether the condition of success holds."""

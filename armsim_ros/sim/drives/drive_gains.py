@@ -62,6 +62,7 @@ class DriveGains:
         if self._factor != 1.0:
             for values in (self.p, self.i, self.d):
                 values *= self._factor
+        self._springs = np.maximum(self.p, 0.0)
         bounds = np.array([block.integral_bounds for block in chosen], dtype=np.float64)
         self.integral_low, self.integral_high = bounds.reshape(-1, 2).T
         wound = (self.i != 0.0) & (self.integral_low < self.integral_high)
@@ -76,7 +77,7 @@ class DriveGains:
         ratio = self._settings.servo.damping_ratio
         if ratio == 0.0:
             return np.broadcast_to(self.d, inertias.shape)
-        requested = 2.0 * ratio * np.sqrt(np.maximum(self.p, 0.0) * inertias)
+        requested = 2.0 * ratio * np.sqrt(self._springs * inertias)
         raised: Matrix = np.maximum(
             self.d, np.minimum(requested, inertias / self._settings.timestep)
         )

@@ -10,6 +10,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.sim.drives.period import product
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
 
 #: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].
@@ -86,6 +87,7 @@ class InverseDynamics:
         for row, (start, length) in enumerate(zip(rows, lengths, strict=True)):
             columns = self._model.M_colind[start : start + length]
             self._full[row, columns] = self._full[columns, row] = range(start, start + length)
+        self._pair = np.concatenate((self._full, self._full + len(data.M) + 1), axis=1)
         self._node: tuple[bytes, Vector, Vector] = b'', data.M, data.qpos
 
     def set_gravity(self, gravity: Vector) -> None:
@@ -157,36 +159,52 @@ class InverseDynamics:
         forces = forces.transpose(2, 0, 1).reshape(steps, joints)
         return self._borne(forces, velocity[:-1], acceleration), inertia
 
-    def torques_over(
-        self, position: Matrix, velocity: Matrix, velocities: Matrix, acceleration: Matrix
-    ) -> tuple[Matrix, Matrix]:
+    def loads_over(
+        self, position: Matrix, velocity: Matrix, features: Matrix
+    ) -> tuple[Matrix, Matrix, Matrix, Matrix]:
         """
-        Return what ``torques`` does, the dynamics computed only at the start and at the end.
+        Return what a period's features load, the dynamics computed only at its start and end.
+
+        Dry friction, which is not linear, is ``friction``.
 
         :param position: (2, n) of the active joints there [rad or m].
         :param velocity: (2, n) there [rad/s or m/s].
-        :param velocities: (k, n) before each step [rad/s or m/s].
-        :param acceleration: (k, n) as for ``torques``.
-        :returns: (k, n) [N*m or N], and the matrices of inertia there for ``joint_inertias``.
+        :param features: (4, n) those of accelerations.
+        :returns: (4, n) by the inertia at the start and (4, n) by its change, (2, n) the torques
+            without acceleration and their change, and inertias there for ``joint_inertias``.
         """
         if not self._plain:
             position = self._spread(position, offset=True)
-            velocity, velocities = self._spread(velocity), self._spread(velocities)
-            acceleration = self._spread(acceleration)
+            velocity, features = self._spread(velocity), self._spread(features)
         inertia, bias = self._nodes(position, velocity)
+        joints = len(self._full)
         padded = np.zeros((2, inertia.shape[1] + 1))
         padded[:, :-1] = inertia
-        # (column, step, row): the sum over the columns is in their order.
-        change = acceleration.T[:, :, None]
-        full = padded[:, self._full][:, :, None]
-        forces: Matrix = np.add.reduce(change * full[0], axis=0)
-        forces += bias[0]
-        last: Matrix = np.add.reduce(change * full[1], axis=0)
-        last += bias[1]
-        last -= forces
-        last *= (np.arange(len(acceleration)) / len(acceleration))[:, None]
-        forces += last
-        return self._borne(forces, velocities, acceleration), inertia
+        # Both matrices of inertia side by side.
+        loads = product(np.ascontiguousarray(features), padded.ravel()[self._pair])
+        first = loads[:, :joints]
+        change = loads[:, joints:] - first
+        if self._step_damping is not None:
+            first += self._step_damping * features
+        rest = bias.copy()
+        rest[1] -= rest[0]
+        if self._plain:
+            return first, change, rest, inertia
+        return (self._gather(first, self._ratio), self._gather(change, self._ratio),
+                self._gather(rest, self._ratio), inertia)
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether there is dry friction."""
+        return self._friction is not None
+
+    def friction(self, velocity: Matrix, acceleration: Matrix) -> Matrix:
+        """Return what overcomes dry friction (k, n), arguments as for ``torques`` [N*m or N]."""
+        assert self._friction is not None
+        if self._plain:
+            return self._friction.forces(velocity, acceleration)
+        return self._gather(self._friction.forces(
+            self._spread(velocity), self._spread(acceleration)), self._ratio)
 
     def _nodes(self, position: Matrix, velocity: Matrix) -> tuple[Matrix, Matrix]:
         """

@@ -29,7 +29,7 @@ class CommandInterpolator:
         self._end_velocity = np.zeros(len(positions))
         self._end_acceleration = np.zeros(len(positions))
         self._ends = (self._end[None],) * 3
-        self._basis = np.empty((0, 3))
+        self._unknown = np.full((1, len(positions)), np.nan)
 
     def restart(self, positions: Vector, which: Mask) -> None:
         """
@@ -96,26 +96,22 @@ class CommandInterpolator:
         rows[-1] = targets
         return rows.transpose(1, 0, 2).reshape(-1, targets.shape[1])
 
-    def curve(self, target: Vector, steps: int, period: float) -> Matrix:
+    def cubic(self, target: Vector, start: Vector, velocity: Vector, period: float) -> Matrix:
         """
         Return what ``preview`` does for one period with an end velocity that is not known.
 
-        It is quicker; ``go_on`` follows it, too.
+        ``go_on`` follows it, too.
 
-        :returns: (steps, n).
+        :param start: (n,) the reference now [rad or m].
+        :param velocity: (n,) its velocity [rad/s or m/s].
+        :returns: (5, n) features as for ``PeriodBasis``.
         """
-        if steps != self._basis.shape[0]:
-            s = (np.arange(1, steps + 1) / steps)[:, None]
-            self._basis = np.concatenate((s, s * s, s * s * s), axis=1)
-        way = target - self._end
-        first = self._end_velocity * period
-        rows: Matrix = self._basis[:, :1] * first
-        rows += self._basis[:, 1:2] * (2.0 * (way - first))
-        rows += self._basis[:, 2:] * (first - way)
-        rows += self._end
-        rows[-1] = target
-        self._ends = (target[None], (way / period)[None], np.full_like(target, np.nan)[None])
-        return rows
+        way, first = target - self._end, self._end_velocity * period
+        features = np.empty((5, len(target)))
+        features[0], features[1], features[3], features[4] = start, first, first - way, velocity
+        np.multiply(-2.0, features[3], out=features[2])
+        self._ends = (target[None], (way / period)[None], self._unknown)
+        return features
 
     def go_on(self, periods: int) -> None:
         """Be at the end of so many of the periods of the last ``preview``."""

@@ -17,8 +17,13 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.drives.drive_gains import count_moving, DriveGains, TUNING_STEPS
 from armsim_ros.sim.drives.drive_modes import Followed
 from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics, stride_of
+from armsim_ros.sim.drives.period import PeriodBasis, product
 from armsim_ros.sim.drives.reference import CommandInterpolator, DrivenLimits, fingers_driven
 from armsim_ros.sim.physics.saved_state import Restorable
+
+#: From a cubic's factors to Bernstein's coefficients of its velocity, then of its way.
+_BERNSTEIN = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 2.0, 3.0],
+                       [1 / 3, 0.0, 0.0], [2 / 3, 1 / 3, 0.0], [1.0, 1.0, 1.0]])
 
 
 class Servo(Restorable):
@@ -42,7 +47,8 @@ class Servo(Restorable):
     :param weights: (n,) the robot's greatest weight on each joint [N*m or N].
     """
 
-    unchanging = frozenset({'joint_names', 'limits', 'dynamics', 'gains', '_tune', '_weightless'})
+    unchanging = frozenset({
+        'joint_names', 'limits', 'dynamics', 'gains', '_tune', '_weightless', '_basis'})
 
     def __init__(
         self,
@@ -61,6 +67,7 @@ class Servo(Restorable):
         self._weightless = [name in model.externally_driven_joints for name in self.joint_names]
         self._timestep = settings.timestep
         self._tune = tune
+        self._basis: PeriodBasis | None = None
         count = len(self.joint_names)
         self._followed = Followed.of(self.joint_names, {})
         self._follows_effort: Mask = np.zeros(count, dtype=np.bool_)
@@ -199,41 +206,53 @@ class Servo(Restorable):
         """
         if not (self._only_references and self._feedforward) or self._needs_state:
             return False
-        self._drop_plan()
-        self._tune_if_due()
-        references = np.empty((steps + 1, len(target)))
-        references[0] = self.reference
-        references[1:] = self._interpolator.curve(target, steps, steps * self._timestep)
-        ways = references[1:] - references[:-1]
-        if not self._allows(references, ways):
+        if (untuned := self._untuned) >= TUNING_STEPS:
+            # The gains follow the inertias; nothing follows an effort here.
+            self._damping = self._damping_at([self._row])[0]
+            self._tune(self._stiffness, self._damping)
+            untuned, self._counted = 0, self._counts[self._row]
+        basis = self._basis
+        if basis is None or basis.steps != steps:
+            self._basis = basis = PeriodBasis(
+                steps, self._timestep, implicit=self.gains.implicit)
+        start, velocity = self.reference, self._velocities[self._row]
+        features = self._interpolator.cubic(target, start, velocity, steps * self._timestep)
+        references, velocities = basis.motion(features)
+        if not self._allows(features, references, velocities, steps):
             # A straight line is slower than the curve.
-            references[1:] = references[0] + (
-                np.arange(1, steps + 1) / steps)[:, None] * (target - references[0])
-            ways = references[1:] - references[:-1]
-            if not self._allows(references, ways):
+            features[1], features[2:4] = target - start, 0.0
+            references, velocities = basis.motion(features)
+            if not self._allows(features, references, velocities, steps):
+                self._drop_plan()
                 return False
+        references[-1] = target
         self._interpolator.go_on(1)
-        velocities = np.empty_like(references)
-        velocities[0] = self._velocities[self._row]
-        np.divide(ways, self._timestep, out=velocities[1:])
-        accelerations = (velocities[1:] - velocities[:-1]) / self._timestep
-        inputs, self._inertias = self.dynamics.torques_over(
-            references[::steps], velocities[::steps], velocities[:-1], accelerations)
-        inputs += self._stiffness * references[:-1]
-        inputs += self._damping * (velocities[1:] if self.gains.implicit else velocities[:-1])
-        self._counts = list(range(self._untuned, self._untuned + steps + 1))
+        first, change, bias, self._inertias = self.dynamics.loads_over(
+            references[::steps], velocities[::steps], features[1:])
+        inputs = basis.inputs(features, first, change, bias, self._stiffness, self._damping)
+        if self.dynamics.has_friction:
+            inputs += self.dynamics.friction(velocities[:-1], basis.accelerations(features))
+        self._counts = list(range(untuned, untuned + steps + 1))
         self._references, self._velocities, self._row = references, velocities, 0
         self._stride, self._steps, self._tunings, self._counted = steps, steps, {}, 0
         self._target, self._inputs = target.copy(), inputs
         self._wanted = self._wanted[:0]
         return True
 
-    def _allows(self, references: Matrix, ways: Matrix) -> bool:
-        """Return whether references (k + 1, n) and their ways (k, n) are within the limits."""
-        low, high = references.min(axis=0), references.max(axis=0)
-        farthest = np.abs(ways).max(axis=0)
-        return bool(((farthest <= self._longest_step) & (low >= self.limits.lower)
-                     & (high <= self.limits.upper)).all())
+    def _allows(
+        self, features: Matrix, references: Matrix, velocities: Matrix, steps: int
+    ) -> bool:
+        """Return whether the motion of features (5, n) is within the limits."""
+        limits, start = self.limits, features[0]
+        # Bernstein's coefficients bound a polynomial; that is enough mostly.
+        bounds = np.abs(product(_BERNSTEIN, features[1:4]))
+        margin = np.minimum(start - limits.lower, limits.upper - start)
+        if bool((bounds[:3] <= steps * self._longest_step).all()
+                and (bounds[3:] <= margin).all()):
+            return True
+        return bool((np.abs(velocities[1:]) * self._timestep <= self._longest_step).all()
+                    and (references >= limits.lower).all()
+                    and (references <= limits.upper).all())
 
     def _tune_if_due(self) -> None:
         """Follow the inertias: they change slowly, and the actuators' d has to be the plan's."""
@@ -421,7 +440,8 @@ class Servo(Restorable):
     def _damping_at(self, rows: Sequence[int]) -> Matrix:
         """Return d of the actuators (k, n) for the inertias known after so many steps."""
         own = self.dynamics.joint_inertias(self._inertias[[row // self._stride for row in rows]])
-        return np.where(self._follows_effort, 0.0, self.gains.damping(own))
+        damping = self.gains.damping(own)
+        return np.where(self._follows_effort, 0.0, damping) if self._any_effort else damping
 
     def _drop_plan(self) -> None:
         """Plan anew from where the reference is now."""
