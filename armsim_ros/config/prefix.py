@@ -33,6 +33,7 @@ _NAMES = (
     *(f'interface_names.{kind}.{axis}' for kind in ('force', 'torque') for axis in 'xyz'),
     'ft_sensor.name', 'ft_sensor.frame.id', 'control.frame.id', 'fixed_world_frame.frame.id',
     'gravity_compensation.frame.id', 'kinematics.base', 'kinematics.tip',
+    'end_effector_frame', 'base_frame', 'ft_sensor.frame',
 )
 #: Keys that hold ``joint/interface``.
 _JOINT_INTERFACES = ('max_effort_interface', 'max_velocity_interface')
@@ -89,6 +90,9 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
         elif key in _JOINT_BLOCKS:
             content[key] = {joint(inner) if inner in joints else inner: block
                             for inner, block in value.items()}
+        elif key == 'nullspace':
+            content[key] = {**value, 'weights': {
+                joint(inner): block for inner, block in value.get('weights', {}).items()}}
         elif key in _JOINT_INTERFACES:
             content[key] = name(value)
         elif key == 'extra_joints':

@@ -115,6 +115,12 @@ class JointServoSettings(Settings):
     gains: dict[str, PidGains] = parameter(
         {}, 'joint -> gains that win over those of its controller', read_only=True
     )
+    gravity_compensation: bool | None = parameter(
+        None,
+        'add what holds the joints against gravity to effort commands, as the drives of some '
+        "robots do; without a value where the <ros2_control> tag names a vendor's driver",
+        read_only=True,
+    )
     damping_ratio: float = parameter(
         0.7,
         'the derivative gain is raised to at least this ratio of critical damping, so that an '

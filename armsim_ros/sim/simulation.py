@@ -101,6 +101,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
         self._servo = Servo(model, self.settings, gains or {}, self._plant.tune, weights)
+        self.gravity_compensated = self._servo.compensated
         self.world = WorldScene(self._plant, items, ground)
         self.vacuum_grippers = {
             name: VacuumGripper(name, gripper, self._plant, self.world)

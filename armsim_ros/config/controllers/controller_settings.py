@@ -29,6 +29,12 @@ from armsim_ros.config.controllers.command_controllers import (
     JointVelocityControllerParameters,
     MultiInterfaceForwardCommandControllerParameters,
 )
+from armsim_ros.config.controllers.compliance import (
+    CartesianAdmittanceControllerParameters,
+    CartesianControllerParameters,
+    CrispPoseBroadcasterParameters,
+    CrispTwistBroadcasterParameters,
+)
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
     ParallelGripperActionControllerParameters,
@@ -72,6 +78,10 @@ PARAMETERS: Mapping[str, type[Settings]] = {
     'position_controllers/JointPositionController': JointPositionControllerParameters,
     'velocity_controllers/JointVelocityController': JointVelocityControllerParameters,
     'effort_controllers/JointEffortController': JointEffortControllerParameters,
+    'crisp_controllers/CartesianController': CartesianControllerParameters,
+    'crisp_controllers/CartesianAdmittanceController': CartesianAdmittanceControllerParameters,
+    'crisp_controllers/PoseBroadcaster': CrispPoseBroadcasterParameters,
+    'crisp_controllers/TwistBroadcaster': CrispTwistBroadcasterParameters,
 }
 
 

@@ -18,6 +18,10 @@ from armsim_ros.control.broadcasters.sensor_broadcaster import (
     PoseBroadcaster,
     SpeedScalingStateBroadcaster,
 )
+from armsim_ros.control.broadcasters.tip_broadcaster import (
+    PoseBroadcaster as CrispPoseBroadcaster,
+)
+from armsim_ros.control.broadcasters.tip_broadcaster import TwistBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import (
     ForwardCommandController,
@@ -31,6 +35,8 @@ from armsim_ros.control.command_controllers.forward_command_controller import (
 )
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
+from armsim_ros.control.compliance.cartesian_controller import CartesianController
 from armsim_ros.control.controller import Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
@@ -118,6 +124,10 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'position_controllers/JointPositionController': JointPositionController,
     'velocity_controllers/JointVelocityController': JointVelocityController,
     'effort_controllers/JointEffortController': JointEffortController,
+    'crisp_controllers/CartesianController': CartesianController,
+    'crisp_controllers/CartesianAdmittanceController': CartesianAdmittanceController,
+    'crisp_controllers/PoseBroadcaster': CrispPoseBroadcaster,
+    'crisp_controllers/TwistBroadcaster': TwistBroadcaster,
 }
 
 

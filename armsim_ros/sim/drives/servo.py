@@ -48,7 +48,8 @@ class Servo(Restorable):
     """
 
     unchanging = frozenset({
-        'joint_names', 'limits', 'dynamics', 'gains', '_tune', '_weightless', '_basis'})
+        'joint_names', 'limits', 'dynamics', 'gains', 'compensated', '_tune', '_weightless',
+        '_basis'})
 
     def __init__(
         self,
@@ -64,7 +65,10 @@ class Servo(Restorable):
         self.dynamics = InverseDynamics(model, settings)
         self.gains = DriveGains(self.joint_names, settings, gains, weights)
         self._feedforward = settings.servo.feedforward
-        self._weightless = [name in model.externally_driven_joints for name in self.joint_names]
+        given = settings.servo.gravity_compensation
+        self.compensated = (model.externally_driven_joints if given is None
+                            else frozenset(self.joint_names if given else ()))
+        self._weightless = [name in self.compensated for name in self.joint_names]
         self._timestep = settings.timestep
         self._tune = tune
         self._basis: PeriodBasis | None = None

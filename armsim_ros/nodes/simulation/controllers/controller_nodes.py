@@ -17,10 +17,12 @@ from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateSnapshot,
 )
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.broadcasters.tip_broadcaster import TipBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.compliance.cartesian_controller import ComplianceController
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
@@ -42,6 +44,7 @@ from armsim_ros.nodes.simulation.controllers.command_topics import (
     JointTrajectorySubscription,
     SpeedScalingInput,
 )
+from armsim_ros.nodes.simulation.controllers.compliance_topics import ComplianceTopics, TipTopic
 from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
@@ -269,6 +272,27 @@ class SensorBroadcasterNode(BroadcasterNode):
         self._topics.publish(sample)
 
 
+class TipBroadcasterNode(BroadcasterNode):
+    """A broadcaster of a link: its topic."""
+
+    controller: TipBroadcaster
+
+    def _open(self, node: Node) -> None:
+        self._topic = TipTopic(node, self.controller.parameters)
+
+    def _publish_sample(self, sample: Any) -> None:
+        self._topic.publish(sample)
+
+
+class ComplianceNode(ControllerNode):
+    """A controller of crisp_controllers: its targets."""
+
+    controller: ComplianceController[Any]
+
+    def _open(self, node: Node) -> None:
+        self._topics = ComplianceTopics(node, self.controller)
+
+
 class FollowingControllerNode(ControllerNode):
     """A controller that others may write to: its references and its state."""
 
@@ -313,6 +337,8 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
+    (TipBroadcaster, TipBroadcasterNode),
+    (ComplianceController, ComplianceNode),
     (PidController, FollowingControllerNode),
     (AdmittanceController, FollowingControllerNode),
     (StandInController, StandInNode),

@@ -1,0 +1,277 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the controllers and broadcasters of crisp_controllers, as they declare them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pydantic import model_validator
+from typing_extensions import Self
+
+from armsim_ros.config.base import ControllerParameters, parameter, Settings
+
+_MOST = 5000.0
+
+
+def _gain(default: float, description: str, least: float = 0.0, most: float = _MOST) -> Any:
+    return parameter(default, description, ge=least, le=most)
+
+
+def _smoothing(default: float, least: float = 0.0) -> Any:
+    return parameter(default, 'share of the last value in the smoothed value', ge=least, le=1.0)
+
+
+class ErrorClipSettings(Settings):
+    """The largest error that counts, in each axis."""
+
+    x: float = parameter(0.1, '[m]', ge=0.0)
+    y: float = parameter(0.1, '[m]', ge=0.0)
+    z: float = parameter(0.1, '[m]', ge=0.0)
+    rx: float = parameter(0.5, '[rad]', ge=0.0)
+    ry: float = parameter(0.5, '[rad]', ge=0.0)
+    rz: float = parameter(0.5, '[rad]', ge=0.0)
+
+
+class TaskSettings(Settings):
+    """Spring and damper of the tip; a damping that is not above 0 is 2 * sqrt(stiffness)."""
+
+    k_pos_x: float = _gain(500.0, 'stiffness [N/m]')
+    k_pos_y: float = _gain(500.0, 'stiffness [N/m]')
+    k_pos_z: float = _gain(500.0, 'stiffness [N/m]')
+    k_rot_x: float = _gain(30.0, 'stiffness [N*m/rad]')
+    k_rot_y: float = _gain(30.0, 'stiffness [N*m/rad]')
+    k_rot_z: float = _gain(30.0, 'stiffness [N*m/rad]')
+    d_pos_x: float = _gain(-1.0, 'damping [N*s/m]', -1.0)
+    d_pos_y: float = _gain(-1.0, 'damping [N*s/m]', -1.0)
+    d_pos_z: float = _gain(-1.0, 'damping [N*s/m]', -1.0)
+    d_rot_x: float = _gain(-1.0, 'damping [N*m*s/rad]', -1.0)
+    d_rot_y: float = _gain(-1.0, 'damping [N*m*s/rad]', -1.0)
+    d_rot_z: float = _gain(-1.0, 'damping [N*m*s/rad]', -1.0)
+    error_clip: ErrorClipSettings = parameter(ErrorClipSettings(), 'the largest error that counts')
+
+
+class WeightSettings(Settings):
+    """A joint's share of the stiffness and damping of the posture."""
+
+    value: float = _gain(1.0, 'weight', most=500.0)
+
+
+class NullspaceSettings(Settings):
+    """What holds the posture, as far as it does not move the tip."""
+
+    stiffness: float = _gain(1.0, 'stiffness [N*m/rad]', most=500.0)
+    damping: float = _gain(-1.0, 'damping; below 0 it is 2 * sqrt(stiffness) [N*m*s/rad]', -1.0,
+                           500.0)
+    weights: dict[str, WeightSettings] = parameter({}, 'joint -> weight')
+    regularization: float = parameter(1e-6, 'of the inverse of the Jacobian', ge=1e-6, le=1e-4)
+    projector_type: Literal['kinematic', 'dynamic', 'none'] = parameter(
+        'kinematic', 'what keeps the posture from moving the tip; none controls the joints')
+    max_tau: float = parameter(5.0, 'largest torque of a joint [N*m]', ge=0.0)
+
+
+class SmoothingSettings(Settings):
+    """Smoothing in each update."""
+
+    target_pose: float = _smoothing(0.1, 0.1)
+    q: float = _smoothing(0.5)
+    dq: float = _smoothing(0.5)
+    q_ref: float = _smoothing(0.5)
+    output_torque: float = _smoothing(0.5)
+
+
+class FrictionSettings(Settings):
+    """Sigmoid of each joint's velocity, fp1 * (s(fp2 * (v + fp3)) - s(fp2 * fp3))."""
+
+    fp1: tuple[float, ...] = parameter(
+        (0.54615, 0.87224, 0.64068, 1.2794, 0.83904, 0.30301, 0.56489), '[N*m]')
+    fp2: tuple[float, ...] = parameter(
+        (5.1181, 9.0657, 10.136, 5.5903, 8.3469, 17.133, 10.336), '[s/rad]')
+    fp3: tuple[float, ...] = parameter(
+        (0.039533, 0.025882, -0.04607, 0.036194, 0.026226, -0.021047, 0.0035526), '[rad/s]')
+
+
+class RepulsionSettings(Settings):
+    """What keeps joints from their bounds."""
+
+    enabled: bool = parameter(True, 'whether it acts')
+    safe_range: float = parameter(0.1, 'distance from which it acts [rad]', ge=0.01, le=1.0)
+    max_torque: float = _gain(5.0, 'torque at the bound [N*m]', most=50.0)
+
+
+class NoiseSettings(Settings):
+    """Noise of the torques."""
+
+    add_random_noise: bool = parameter(False, 'has no effect: upstream declares it alone')
+    amplitude: float = _gain(0.0, 'has no effect: upstream declares it alone', most=10.0)
+
+
+class LogSettings(Settings):
+    """What upstream prints; the topics and controller states show it here."""
+
+    enabled: bool = parameter(False, 'has no effect')
+    robot_state: bool = parameter(False, 'has no effect')
+    control_values: bool = parameter(False, 'has no effect')
+    limits: bool = parameter(False, 'has no effect')
+    controller_parameters: bool = parameter(False, 'has no effect')
+    computed_torques: bool = parameter(False, 'has no effect')
+    dynamic_params: bool = parameter(False, 'has no effect')
+    timing: bool = parameter(False, 'has no effect')
+
+
+class StiffnessTopicSettings(Settings):
+    """A topic that sets six stiffnesses."""
+
+    enabled: bool = parameter(False, 'whether it is subscribed to', read_only=True)
+    topic: str = parameter('target_stiffness', 'its name', read_only=True, min_length=1)
+
+
+class MaxStiffnessSettings(Settings):
+    """The largest stiffness that takes effect."""
+
+    translational: float = _gain(900.0, '[N/m]')
+    rotational: float = _gain(60.0, '[N*m/rad]', most=100.0)
+
+
+class _ComplianceParameters(ControllerParameters):
+    """What both controllers have."""
+
+    joints: tuple[str, ...] = parameter((), 'controlled joints', read_only=True)
+    end_effector_frame: str = parameter('', 'link that is controlled', read_only=True)
+    base_frame: str = parameter(
+        '', "frame of targets; '' and a frame that the robot lacks are its root link",
+        read_only=True)
+    use_operational_space: bool = parameter(
+        False, "whether forces are scaled by the tip's inertia")
+    operational_space_regularization: float = parameter(
+        0.01, "of the inverse of the tip's inertia", ge=0.001, le=1.0)
+    task: TaskSettings = parameter(TaskSettings(), 'spring and damper of the tip')
+    nullspace: NullspaceSettings = parameter(NullspaceSettings(), 'what holds the posture')
+    use_friction: bool = parameter(False, 'compensate the friction')
+    use_coriolis_compensation: bool = parameter(
+        False, 'compensate Coriolis and centrifugal forces')
+    use_gravity_compensation: bool = parameter(
+        False, 'compensate gravity, which the hardware of some robots does by itself')
+    use_local_jacobian: bool = parameter(
+        False, "whether gains and wrenches are in the tip's axes, not in the base frame's")
+    filter: SmoothingSettings = parameter(SmoothingSettings(), 'smoothing')
+    limit_error: bool = parameter(True, 'clip the error to task.error_clip')
+    limit_torques: bool = parameter(True, 'limit the change of the torques to max_delta_tau')
+    max_delta_tau: float = parameter(0.5, 'in each update [N*m]', ge=0.0)
+    stop_commands: bool = parameter(False, 'command nothing more; the last torques stay')
+    joint_limit_repulsion: RepulsionSettings = parameter(
+        RepulsionSettings(), 'what keeps joints from their bounds')
+    friction: FrictionSettings = parameter(FrictionSettings(), 'the friction that is compensated')
+    noise: NoiseSettings = parameter(NoiseSettings(), 'has no effect')
+    log: LogSettings = parameter(LogSettings(), 'has no effect')
+    enable_introspection: bool = parameter(False, 'has no effect', read_only=True)
+    variable_stiffness: StiffnessTopicSettings = parameter(
+        StiffnessTopicSettings(), 'a topic that sets the stiffness of the tip')
+    command_timeout: float = parameter(
+        0.0, 'hold where no target came for so long, 0 is never; not of upstream [s]', ge=0.0)
+
+    @model_validator(mode='before')
+    @classmethod
+    def _weights_of_all_joints(cls, data: Any) -> Any:
+        # Clients get every parameter before they set it.
+        if isinstance(data, Mapping):
+            nullspace = data.get('nullspace') or {}
+            if isinstance(nullspace, Mapping):
+                weights: dict[str, Any] = {name: {} for name in data.get('joints') or ()}
+                weights.update(nullspace.get('weights') or {})
+                data = {**data, 'nullspace': {**nullspace, 'weights': weights}}
+        return data
+
+    @model_validator(mode='after')
+    def _as_many_as_joints(self) -> Self:
+        for name in ('fp1', 'fp2', 'fp3') if self.use_friction else ():
+            count = len(getattr(self.friction, name))
+            if count < len(self.joints):
+                raise ValueError(f'friction.{name} has {count} values and joints '
+                                 f'{len(self.joints)}')
+        return self
+
+    @property
+    def most_stiffness(self) -> MaxStiffnessSettings:
+        """The largest stiffness of the tip that takes effect."""
+        raise NotImplementedError
+
+
+class CartesianControllerParameters(_ComplianceParameters):
+    """Parameters of ``crisp_controllers/CartesianController``."""
+
+    variable_max_stiffness: MaxStiffnessSettings = parameter(
+        MaxStiffnessSettings(), 'the largest stiffness that takes effect')
+
+    @property
+    def most_stiffness(self) -> MaxStiffnessSettings:
+        """The largest stiffness of the tip that takes effect."""
+        return self.variable_max_stiffness
+
+
+class YieldingSettings(Settings):
+    """Mass, spring and damper between the target and the pose that the tip follows."""
+
+    mass_x: float = _gain(1.0, '[kg]', 0.001, 100.0)
+    mass_y: float = _gain(1.0, '[kg]', 0.001, 100.0)
+    mass_z: float = _gain(1.0, '[kg]', 0.001, 100.0)
+    mass_rx: float = _gain(0.1, '[kg*m^2]', 0.001, 100.0)
+    mass_ry: float = _gain(0.1, '[kg*m^2]', 0.001, 100.0)
+    mass_rz: float = _gain(0.1, '[kg*m^2]', 0.001, 100.0)
+    stiffness_x: float = _gain(200.0, '[N/m]')
+    stiffness_y: float = _gain(200.0, '[N/m]')
+    stiffness_z: float = _gain(200.0, '[N/m]')
+    stiffness_rx: float = _gain(10.0, '[N*m/rad]')
+    stiffness_ry: float = _gain(10.0, '[N*m/rad]')
+    stiffness_rz: float = _gain(10.0, '[N*m/rad]')
+    damping_x: float = _gain(50.0, '[N*s/m]')
+    damping_y: float = _gain(50.0, '[N*s/m]')
+    damping_z: float = _gain(50.0, '[N*s/m]')
+    damping_rx: float = _gain(5.0, '[N*m*s/rad]')
+    damping_ry: float = _gain(5.0, '[N*m*s/rad]')
+    damping_rz: float = _gain(5.0, '[N*m*s/rad]')
+
+
+class WrenchTopicSettings(Settings):
+    """Where the measured wrench comes from."""
+
+    topic: str = parameter('ft_sensor_wrench', 'name of the topic', read_only=True, min_length=1)
+    frame: str = parameter('', "link of the sensor; '' is end_effector_frame", read_only=True)
+
+
+class CartesianAdmittanceControllerParameters(_ComplianceParameters):
+    """Parameters of ``crisp_controllers/CartesianAdmittanceController``."""
+
+    variable_max_impedance_stiffness: MaxStiffnessSettings = parameter(
+        MaxStiffnessSettings(), 'the largest stiffness that takes effect')
+    admittance: YieldingSettings = parameter(YieldingSettings(), 'how the target yields')
+    ft_sensor: WrenchTopicSettings = parameter(WrenchTopicSettings(), 'the sensor')
+    variable_max_admittance_stiffness: MaxStiffnessSettings = parameter(
+        MaxStiffnessSettings(), 'the largest stiffness of the admittance that takes effect')
+    variable_admittance_stiffness: StiffnessTopicSettings = parameter(
+        StiffnessTopicSettings(topic='target_admittance_stiffness'),
+        'a topic that sets the stiffness of the admittance')
+
+    @property
+    def most_stiffness(self) -> MaxStiffnessSettings:
+        """The largest stiffness of the tip that takes effect."""
+        return self.variable_max_impedance_stiffness
+
+
+class TipBroadcasterParameters(ControllerParameters):
+    """What the broadcasters of the tip have; upstream's messages have these frames."""
+
+    joints: tuple[str, ...] = parameter((), 'joints before the link', read_only=True)
+    end_effector_frame: str = parameter('', 'the link', read_only=True)
+    base_frame: str = parameter('', 'frame of poses', read_only=True)
+    publish_frequency: float = parameter(
+        250.0, 'messages a second, 0 is each update [Hz]', read_only=True, ge=0.0)
+
+
+class CrispPoseBroadcasterParameters(TipBroadcasterParameters):
+    """Parameters of ``crisp_controllers/PoseBroadcaster``."""
+
+
+class CrispTwistBroadcasterParameters(TipBroadcasterParameters):
+    """Parameters of ``crisp_controllers/TwistBroadcaster``."""

@@ -1,0 +1,112 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Topics of crisp_controllers; their names are relative to the manager's namespace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped, TwistStamped, Wrench, WrenchStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from armsim_ros.config.controllers.compliance import (
+    CrispPoseBroadcasterParameters,
+    TipBroadcasterParameters,
+)
+from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
+from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
+from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.qos import WantedPublisher
+
+
+class ComplianceTopics:
+    """
+    ``target_pose``, ``target_joint``, ``target_wrench`` and what the parameters enable.
+
+    A target topic with several publishers is ignored, so that no two programs pull at the arm.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: ComplianceController[Any]) -> None:
+        self._node, self._controller = node, controller
+        self._subscriptions: list[Any] = []
+        self._subscribe(PoseStamped, 'target_pose', self._pose)
+        self._subscribe(JointState, 'target_joint', lambda message: controller.receive_joints(
+            message.name, message.position, message.velocity))
+        self._subscribe(WrenchStamped, 'target_wrench', lambda message: controller.receive_wrench(
+            _numbers(message.wrench)))
+        stiffness = controller.parameters.variable_stiffness
+        if stiffness.enabled:
+            self._subscribe(Float64MultiArray, stiffness.topic,
+                            lambda message: controller.receive_stiffness(message.data))
+        if isinstance(controller, CartesianAdmittanceController):
+            self._subscriptions.append(node.create_subscription(
+                WrenchStamped, controller.parameters.ft_sensor.topic, self._measured,
+                qos.COMMAND))
+            stiffness = controller.parameters.variable_admittance_stiffness
+            if stiffness.enabled:
+                self._subscribe(
+                    Float64MultiArray, stiffness.topic,
+                    lambda message: controller.receive_yielding_stiffness(message.data))
+
+    def _subscribe(self, kind: Any, topic: str, receive: Callable[[Any], object]) -> None:
+        def checked(message: Any) -> None:
+            if not self._controller.active:
+                return
+            publishers = self._node.count_publishers(topic)
+            if publishers > 1:
+                self._controller.ignore(topic, publishers)
+            else:
+                receive(message)
+
+        self._subscriptions.append(
+            self._node.create_subscription(kind, topic, checked, qos.COMMAND))
+
+    def _pose(self, message: PoseStamped) -> None:
+        position, turn = message.pose.position, message.pose.orientation
+        self._controller.receive_pose(
+            message.header.frame_id, (position.x, position.y, position.z),
+            (turn.x, turn.y, turn.z, turn.w))
+
+    def _measured(self, message: WrenchStamped) -> None:
+        controller = self._controller
+        if controller.active and isinstance(controller, CartesianAdmittanceController):
+            controller.receive_measured(_numbers(message.wrench))
+
+
+class TipTopic:
+    """``current_pose`` or ``current_twist``."""
+
+    def __init__(self, node: Node, parameters: TipBroadcasterParameters) -> None:
+        self._message: Any
+        if isinstance(parameters, CrispPoseBroadcasterParameters):
+            self._message, topic, frame = PoseStamped(), 'current_pose', parameters.base_frame
+            self._parts = self._message.pose.position, self._message.pose.orientation
+        else:
+            self._message, topic = TwistStamped(), 'current_twist'
+            frame = parameters.end_effector_frame
+            self._parts = self._message.twist.linear, self._message.twist.angular
+        self._message.header.frame_id = frame
+        self._publisher = WantedPublisher(node, type(self._message), topic, qos.STATE)
+
+    def publish(self, sample: SensorSample) -> None:
+        """Publish a sample."""
+        if not self._publisher.wanted(sample.time_ns):
+            return
+        fill_time(self._message.header.stamp, sample.time_ns)
+        values = iter(sample.values.tolist())
+        for part in self._parts:
+            for axis in part.get_fields_and_field_types():
+                setattr(part, axis, next(values))
+        self._publisher.publish(self._message, sample.time_ns)
+
+
+def _numbers(wrench: Wrench) -> tuple[float, ...]:
+    force, torque = wrench.force, wrench.torque
+    return force.x, force.y, force.z, torque.x, torque.y, torque.z
