@@ -66,9 +66,12 @@ class InverseDynamics:
         scatter = np.zeros((self._model.nv, len(model.movable_joints)))
         scatter[self._joints, np.arange(len(self._joints))] = 1.0
         self._from_active = scatter @ self._expand
-        # Sums one by one: a product of matrices may depend on how many rows it has.
         self._driver = np.abs(self._from_active).argmax(axis=1)
         self._ratio = self._from_active[np.arange(self._model.nv), self._driver]
+        # From forces, and from inertias, of all joints to those that their drivers bear.
+        self._borne_by = np.zeros_like(self._from_active)
+        self._borne_by[np.arange(len(self._driver)), self._driver] = self._ratio
+        self._inertia_of = self._borne_by**2
         self._full_offset = scatter @ self._offset
         #: Whether every joint is driven and they come in the physics' own order.
         self._plain = bool(
@@ -181,7 +184,7 @@ class InverseDynamics:
         padded = np.zeros((2, inertia.shape[1] + 1))
         padded[:, :-1] = inertia
         # Both matrices of inertia side by side.
-        loads = product(np.ascontiguousarray(features), padded.ravel()[self._pair])
+        loads = product(features, padded.ravel()[self._pair])
         first = loads[:, :joints]
         change = loads[:, joints:] - first
         if self._step_damping is not None:
@@ -190,8 +193,8 @@ class InverseDynamics:
         rest[1] -= rest[0]
         if self._plain:
             return first, change, rest, inertia
-        return (self._gather(first, self._ratio), self._gather(change, self._ratio),
-                self._gather(rest, self._ratio), inertia)
+        loads = product(np.concatenate((first, change, rest)), self._borne_by)
+        return loads[:4], loads[4:8], loads[8:], inertia
 
     @property
     def has_friction(self) -> bool:
@@ -203,8 +206,8 @@ class InverseDynamics:
         assert self._friction is not None
         if self._plain:
             return self._friction.forces(velocity, acceleration)
-        return self._gather(self._friction.forces(
-            self._spread(velocity), self._spread(acceleration)), self._ratio)
+        return product(self._friction.forces(
+            self._spread(velocity), self._spread(acceleration)), self._borne_by)
 
     def _nodes(self, position: Matrix, velocity: Matrix) -> tuple[Matrix, Matrix]:
         """
@@ -245,29 +248,17 @@ class InverseDynamics:
             forces += self._step_damping * acceleration
         if self._friction is not None:
             forces += self._friction.forces(velocity, acceleration)
-        return forces if self._plain else self._gather(forces, self._ratio)
+        return forces if self._plain else product(forces, self._borne_by)
 
     def _spread(self, values: Matrix, *, offset: bool = False) -> Matrix:
         """Return values of all joints of the physics from those of the active ones (k, n)."""
         spread: Matrix = values[:, self._driver] * self._ratio
         return spread + self._full_offset if offset else spread
 
-    def _gather(self, loads: Matrix, weights: Vector) -> Matrix:
-        """
-        Return what the active joints have to bear (k, n), with those that follow them.
-
-        :param loads: (k, nv) of all joints of the physics.
-        :param weights: (nv,) with which each counts for the joint that drives it.
-        """
-        borne = np.zeros((len(loads), self._from_active.shape[1]))
-        for joint, driver in enumerate(self._driver):
-            borne[:, driver] += weights[joint] * loads[:, joint]
-        return borne
-
     def joint_inertias(self, inertia: Matrix) -> Matrix:
         """Return each joint's own inertia (k, n) of matrices of inertia (k, m) [kg*m^2 or kg]."""
         own: Matrix = inertia[:, self._diagonal]
-        return own if self._plain else self._gather(own, self._ratio**2)
+        return own if self._plain else product(own, self._inertia_of)
 
     def expand(self, values: Vector) -> Vector:
         """Return positions of all movable joints from those of the active ones."""

@@ -68,7 +68,7 @@ class PeriodBasis:
 
 
 def product(left: Matrix, right: Matrix) -> Matrix:
-    """Return the product of two contiguous matrices, with the same bytes everywhere."""
+    """Return the product of two matrices, with the same bytes everywhere."""
     found = np.empty((left.shape[0], right.shape[1]))
-    mujoco.mju_mulMatMat(found, left, right)
+    mujoco.mju_mulMatMat(found, np.ascontiguousarray(left), right)
     return found

@@ -18,9 +18,8 @@ FILE = Path(__file__).parents[3] / 'examples' / 'crisp_panda.yaml'
 
 def load_example(manager, name, **more):
     """Load a controller of the example into a manager, with more parameters."""
-    blocks = yaml.safe_load(FILE.read_text())
-    kind = blocks['controller_manager']['ros__parameters'][name]['type']
-    parameters = {**blocks[name]['ros__parameters'], **more}
+    parameters = {**yaml.safe_load(FILE.read_text())[name]['ros__parameters'], **more}
+    kind = parameters.pop('type')
     controller = manager.load(SimpleNamespace(name=name, type=kind, parameters=parameters))
     manager.configure(name)
     return controller

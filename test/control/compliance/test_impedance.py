@@ -26,7 +26,7 @@ def test_a_target_is_reached(compliant):
     """A tenth of a metre away, the tip ends within 5 mm and 0.03 rad."""
     arm = compliant()
     start = arm.tip
-    goal = arm.place + (0.06, 0.06, -0.05)
+    goal = arm.place + np.array((0.06, 0.06, -0.05))
     assert arm.aim(goal) == ''
     arm.run(3.0)
     assert np.linalg.norm(arm.place - goal) < 0.005
@@ -72,7 +72,7 @@ def test_the_posture_changes_without_the_tip(compliant, projector):
     arm.set(nullspace__projector_type=projector, nullspace__stiffness=5.0)
     start, state = arm.place, arm.plant.state
     before = state.position[:7].copy()
-    names, goal = JOINTS[::-1], before + (0.3, 0.0, -0.3, 0.0, 0.0, 0.0, 0.0)
+    names, goal = JOINTS[::-1], before + 0.3 * (np.eye(7)[0] - np.eye(7)[2])
     assert arm.controller.receive_joints(names, goal[::-1], ()) == ''
     arm.run(3.0)
     assert np.linalg.norm(arm.place - start) < 0.005
@@ -82,7 +82,7 @@ def test_the_posture_changes_without_the_tip(compliant, projector):
 def test_joints_are_controlled_without_a_projector(compliant):
     """With all stiffness of the tip at 0 the posture is what the arm follows."""
     arm = compliant('joint_impedance_controller')
-    goal = arm.plant.state.position[:7] + (0.3, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0)
+    goal = arm.plant.state.position[:7] + 0.3 * np.eye(7)[0] + 0.2 * np.eye(7)[3]
     arm.controller.receive_joints(JOINTS, goal, ())
     arm.run(3.0)
     np.testing.assert_allclose(arm.plant.state.position[:7], goal, atol=0.02)
@@ -93,7 +93,7 @@ def test_operational_space(compliant):
     arm = compliant()
     arm.set(use_operational_space=True, use_local_jacobian=True, use_coriolis_compensation=True,
             operational_space_regularization=0.001)
-    goal = arm.place + (0.05, 0.05, 0.0)
+    goal = arm.place + np.array((0.05, 0.05, 0.0))
     arm.aim(goal)
     arm.run(4.0)
     assert np.linalg.norm(arm.place - goal) < 0.01
