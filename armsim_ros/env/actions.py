@@ -102,7 +102,7 @@ class Actions:
         if values.shape != self.low.shape:
             raise ValueError(f'an action is {len(self.names)} numbers '
                              f'({", ".join(self.names)}); got shape {values.shape}')
-        if not float(np.abs(values).sum()) < np.inf:
+        if not float(values.dot(values)) < np.inf and not np.isfinite(values).all():
             wrong = int(np.flatnonzero(~np.isfinite(values))[0])
             raise ValueError(f"number {wrong} of the action, '{self.names[wrong]}', is "
                              f'{values[wrong]}; all numbers must be finite')

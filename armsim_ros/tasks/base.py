@@ -190,6 +190,18 @@ class TaskEnv(ArmEnv):
         action: Vector = (np.array(units) - self._middle) / self._half
         return action
 
+    def command_by(self, way: Vector, level: float) -> Vector:
+        """
+        Return the action, of kind ``position``, that moves the tip without turning it.
+
+        :param way: (3,) in world axes, within a step [m].
+        :param level: as for ``command_of``.
+        """
+        twist = np.concatenate((np.asarray(way) / self.period, np.zeros(3)))
+        others = self._target[self._actions.others]
+        goals = self._actions.towards(twist, others, self._target)
+        return self.command_of(dict(zip(self.joints, goals.tolist(), strict=True)), level)
+
     def command_in(self, action: Vector) -> tuple[dict[str, float], float]:
         """Return joints of the arm and level of the hand in an action, as in ``command_of``."""
         hand, units = self._hand_model, self.to_units(action)

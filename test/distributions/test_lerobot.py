@@ -93,3 +93,24 @@ def test_the_expert_moves_the_robot():
     finally:
         robot.disconnect()
     assert not robot.is_connected
+
+
+def test_deltas_move_the_tip():
+    """A delta of the gamepad moves the tip along the world's axes; 1 leaves the gripper."""
+    robot = plugin.Armsim(plugin.ArmsimConfig(
+        id='arm', camera_names=[], action='ee_delta', ee_step=0.005))
+    robot.connect()
+    try:
+        assert set(robot.action_features) == {'delta_x', 'delta_y', 'delta_z', 'gripper'}
+        before = robot.task.hand.point
+        for _ in range(6):
+            sent = robot.send_action(
+                {'delta_x': 0.0, 'delta_y': 0.0, 'delta_z': -3.0, 'gripper': 1})
+        assert sent == {'delta_x': 0.0, 'delta_y': 0.0, 'delta_z': -1.0, 'gripper': 1}
+        way = robot.task.hand.point - before
+        assert way == pytest.approx((0.0, 0.0, -0.03), abs=0.003)
+        assert robot.get_observation()['gripper.pos'] == 0.0
+        robot.send_action({'delta_x': 0.0, 'delta_y': 0.0, 'delta_z': 0.0, 'gripper': 2})
+        assert robot.get_observation()['gripper.pos'] == 100.0
+    finally:
+        robot.disconnect()

@@ -21,9 +21,9 @@ from armsim_ros.sim.drives.period import PeriodBasis, product
 from armsim_ros.sim.drives.reference import CommandInterpolator, DrivenLimits, fingers_driven
 from armsim_ros.sim.physics.saved_state import Restorable
 
-#: From a cubic's factors to Bernstein's coefficients of its velocity, then of its way.
-_BERNSTEIN = np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 2.0, 3.0],
-                       [1 / 3, 0.0, 0.0], [2 / 3, 1 / 3, 0.0], [1.0, 1.0, 1.0]])
+#: From a cubic's factors to Bernstein's coefficients of its velocity, then of itself.
+_BERNSTEIN = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 1.0, 0.0], [0.0, 1.0, 2.0, 3.0],
+                       [1.0, 1 / 3, 0.0, 0.0], [1.0, 2 / 3, 1 / 3, 0.0], [1.0, 1.0, 1.0, 1.0]])
 
 
 class Servo(Restorable):
@@ -49,7 +49,7 @@ class Servo(Restorable):
 
     unchanging = frozenset({
         'joint_names', 'limits', 'dynamics', 'gains', 'compensated', '_tune', '_weightless',
-        '_basis'})
+        '_basis', '_period_bounds'})
 
     def __init__(
         self,
@@ -72,6 +72,7 @@ class Servo(Restorable):
         self._timestep = settings.timestep
         self._tune = tune
         self._basis: PeriodBasis | None = None
+        self._period_bounds: tuple[int, Matrix, Matrix] | None = None
         count = len(self.joint_names)
         self._followed = Followed.of(self.joint_names, {})
         self._follows_effort: Mask = np.zeros(count, dtype=np.bool_)
@@ -247,16 +248,24 @@ class Servo(Restorable):
         self, features: Matrix, references: Matrix, velocities: Matrix, steps: int
     ) -> bool:
         """Return whether the motion of features (5, n) is within the limits."""
-        limits, start = self.limits, features[0]
+        limits = self.limits
         # Bernstein's coefficients bound a polynomial; that is enough mostly.
-        bounds = np.abs(product(_BERNSTEIN, features[1:4]))
-        margin = np.minimum(start - limits.lower, limits.upper - start)
-        if bool((bounds[:3] <= steps * self._longest_step).all()
-                and (bounds[3:] <= margin).all()):
+        bounds = product(_BERNSTEIN, features[:4])
+        least, most = self._allowed(steps)
+        if ((bounds >= least) & (bounds <= most)).all():
             return True
         return bool((np.abs(velocities[1:]) * self._timestep <= self._longest_step).all()
                     and (references >= limits.lower).all()
                     and (references <= limits.upper).all())
+
+    def _allowed(self, steps: int) -> tuple[Matrix, Matrix]:
+        """Return between which rows those of ``_BERNSTEIN`` are within the limits."""
+        if self._period_bounds is None or self._period_bounds[0] != steps:
+            farthest = steps * self._timestep * self.limits.velocity
+            self._period_bounds = (
+                steps, np.stack((*[-farthest] * 3, *[self.limits.lower] * 3)),
+                np.stack((*[farthest] * 3, *[self.limits.upper] * 3)))
+        return self._period_bounds[1:]
 
     def _tune_if_due(self) -> None:
         """Follow the inertias: they change slowly, and the actuators' d has to be the plan's."""

@@ -13,6 +13,9 @@ from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnected
 from armsim_ros.tasks import TaskEnv, TASKS
 
 GRIPPER = 'gripper.pos'
+#: What the teleoperators ``gamepad`` and ``keyboard_ee`` send; a gripper of 1 stays.
+DELTA = ('delta_x', 'delta_y', 'delta_z', 'gripper')
+_CLOSE, _OPEN = 0, 2
 
 
 @RobotConfig.register_subclass('armsim')
@@ -28,6 +31,8 @@ class ArmsimConfig(RobotConfig):
     :param image_height: of these [pixels].
     :param image_width: of these [pixels].
     :param seed: of the first episode; the next has the next seed.
+    :param action: ``joints``, or ``ee_delta``: ways of the tip along the world's axes, -1..1.
+    :param ee_step: way of the tip in a step for a delta of 1 [m].
     :param max_relative_target: farthest way of a joint in a step [rad], None for the joint's
         velocity limit.
     """
@@ -39,6 +44,8 @@ class ArmsimConfig(RobotConfig):
     image_height: int = 96
     image_width: int = 96
     seed: int = 0
+    action: str = 'joints'
+    ee_step: float = 0.01
     max_relative_target: float | None = None
 
 
@@ -60,7 +67,10 @@ class Armsim(Robot):
         super().__init__(config)
         if config.task not in TASKS:
             raise ValueError(f"there is no task '{config.task}'; allowed: {', '.join(TASKS)}")
+        if config.action not in ('joints', 'ee_delta'):
+            raise ValueError(f"action '{config.action}'; allowed: joints, ee_delta")
         self.config = config
+        self._level = 0.0
         self._env: TaskEnv | None = None
         self._episode = 0
 
@@ -75,13 +85,19 @@ class Armsim(Robot):
     @property
     def action_features(self) -> dict[str, type]:
         """Names of what ``send_action`` takes."""
+        if self.config.action == 'ee_delta':
+            return dict.fromkeys(DELTA, float)
+        return self._state_features
+
+    @property
+    def _state_features(self) -> dict[str, type]:
         return {**{f'{joint}.pos': float for joint in self._joints}, GRIPPER: float}
 
     @property
     def observation_features(self) -> dict[str, Any]:
         """Names of what is observed, and shapes of pictures."""
         shape = (self.config.image_height, self.config.image_width, 3)
-        return {**self.action_features, **dict.fromkeys(self.config.camera_names, shape)}
+        return {**self._state_features, **dict.fromkeys(self.config.camera_names, shape)}
 
     @property
     def cameras(self) -> dict[str, Any]:
@@ -132,6 +148,8 @@ class Armsim(Robot):
         env = self.task
         if env.is_success:
             self._begin()
+        if self.config.action == 'ee_delta':
+            return self._move_tip(env, action)
         goals = {joint: float(action[f'{joint}.pos']) for joint in self._joints}
         if self.config.max_relative_target is not None:
             now = env.sim.joint_positions
@@ -143,6 +161,16 @@ class Armsim(Robot):
         commanded = env.commanded
         sent = {f'{joint}.pos': commanded[joint] for joint in self._joints}
         return {**sent, GRIPPER: 100.0 * level}
+
+    def _move_tip(self, env: TaskEnv, action: dict[str, Any]) -> dict[str, Any]:
+        """Move the tip by what is given within -1..1; return that."""
+        sent = {name: min(1.0, max(-1.0, float(action.get(name, 0.0)))) for name in DELTA[:3]}
+        gripper = int(action.get('gripper', 1))
+        if gripper in (_CLOSE, _OPEN):
+            self._level = float(gripper == _OPEN)
+        way = [self.config.ee_step * value for value in sent.values()]
+        env.step(env.command_by(way, self._level))
+        return {**sent, 'gripper': gripper}
 
     def disconnect(self) -> None:
         """End the simulation."""
@@ -159,6 +187,7 @@ class Armsim(Robot):
 
     def _begin(self) -> None:
         self.task.reset(seed=self.config.seed + self._episode)
+        self._level = self.task.hand.level
         self._episode += 1
 
 
