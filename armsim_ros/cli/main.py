@@ -148,6 +148,7 @@ launch = partial(run, 'launch')
 original = partial(run, 'original')
 overlay = partial(run, 'overlay')
 collect = partial(run, 'collect')
+evaluate = partial(run, 'evaluate')
 dataset = partial(run, 'dataset')
 replay = partial(run, 'replay')
 list = partial(run, 'list')  # noqa: A001 - entry points have the names of their programs

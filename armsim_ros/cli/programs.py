@@ -45,6 +45,7 @@ FILE_PROGRAMS = {
 #: Those that collect and check data for robot learning; without ROS.
 LEARNING_PROGRAMS = {
     'collect': 'collect episodes of a task as a LeRobot data set',
+    'evaluate': 'run a policy in a task and print how often it succeeds',
     'dataset': 'write recordings of topics as a LeRobot data set',
     'replay': 'run the actions of a data set again and compare',
 }

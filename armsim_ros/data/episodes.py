@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module, metadata
 import os
@@ -68,23 +68,18 @@ class EpisodeRunner:
 
         :raises PolicyError: the policy failed.
         """
-        observation, info = self.env.reset(seed=seed)
-        facts = {'seed': seed, 'randomization': info['randomization']}
-        policy = self._policy_of(seed)
         columns: dict[str, list[Any]] = {}
         pictures: dict[str, list[Any]] = {}
-        ended = False
-        while not ended:
-            action = self._clipped(policy, observation)
-            frame = {**frames_of(observation), ACTION: action}
-            observation, reward, terminated, truncated, info = self.env.step(action)
-            ended = terminated or truncated
-            frame |= {REWARD: reward, DONE: ended, SUCCESS: info['is_success']}
+        info: dict[str, Any] = {}
+        for observation, action, reward, info in self.steps(seed):
+            frame = {**frames_of(observation), ACTION: action, REWARD: reward,
+                     DONE: info['ended'], SUCCESS: info['is_success']}
             for name, value in frame.items():
                 (pictures if name.startswith(IMAGES) else columns).setdefault(
                     name, []).append(value)
         fps = round(1.0 / self.task.period)
-        facts |= {'digest': self.task.digest(), 'success': bool(info['is_success'])}
+        facts = {'seed': seed, 'randomization': info['randomization'],
+                 'digest': self.task.digest(), 'success': bool(info['is_success'])}
         kinds = {REWARD: np.float32, DONE: np.bool_, SUCCESS: np.bool_}
         return EpisodeData(
             {name: np.array(values, dtype=kinds.get(name, np.float32))
@@ -92,6 +87,24 @@ class EpisodeRunner:
             {name: encoded(values, fps) for name, values in pictures.items()},
             {name: picture_stats(values) for name, values in pictures.items()},
             self.task.task_description, facts)
+
+    def steps(self, seed: int) -> Iterator[tuple[Any, Any, float, dict[str, Any]]]:
+        """
+        Yield the steps of the episode of a seed: observation, action, and what they led to.
+
+        :returns: the reward and info, which has also ``ended`` and the episode's
+            ``randomization``.
+        :raises PolicyError: the policy failed.
+        """
+        observation, begin = self.env.reset(seed=seed)
+        policy, ended = self._policy_of(seed), False
+        while not ended:
+            action = self._clipped(policy, observation)
+            after, reward, terminated, truncated, info = self.env.step(action)
+            ended = terminated or truncated
+            yield observation, action, float(reward), {
+                **info, 'ended': ended, 'randomization': begin['randomization']}
+            observation = after
 
     def close(self) -> None:
         """Give back what the environment holds."""

@@ -17,7 +17,7 @@ import pytest
 
 from armsim_ros.cli.main import main
 from armsim_ros.data import collect, DataSet, EpisodeData, Feature, Plan, replay
-from armsim_ros.data.episodes import EpisodeRunner, PolicyError, Source
+from armsim_ros.data.episodes import EpisodeRunner, made, PolicyError, Source
 from armsim_ros.data.stats import picture_stats, stats_of, together
 from armsim_ros.data.video import decoded, encoded
 from armsim_ros.errors import ConfigError
@@ -224,3 +224,30 @@ def test_a_terminated_collection_goes_on(tmp_path):
     found = collect(Plan(Source('armsim/Reach-v1', {'robot': 'sunday', 'obs_type': 'state'}),
                          count + 1), tmp_path / 'set')
     assert found.episodes == count + 1
+
+
+def test_frame_k_shows_state_k(tmp_path):
+    """Against the state rendered again: more than 30 dB, and nearer than to its neighbours."""
+    arguments = {'obs_type': 'pixels_agent_pos'}
+    collect(Plan(Source('armsim/Reach-v1', arguments), 1), tmp_path / 'set')
+    (video,) = (tmp_path / 'set/videos').rglob('*.mp4')
+    shown = [np.asarray(frame, dtype=np.float64) for frame in decoded(video.read_bytes())]
+    env = made(Source('armsim/Reach-v1', arguments))
+    facts = json.loads((tmp_path / 'set/meta/armsim.json').read_text())['episodes'][0]
+    rows = parquet.read_table(tmp_path / 'set/data', partitioning=None).to_pylist()
+    observation, _ = env.reset(seed=facts['seed'])
+    rendered = []
+    for row in rows:
+        rendered.append(observation['pixels']['front'].astype(np.float64))
+        observation, *_ = env.step(np.array(row['action'], dtype=np.float32))
+    env.close()
+
+    def error(frame, picture):
+        return float(np.mean((shown[frame] - rendered[picture]) ** 2))
+
+    assert all(10.0 * np.log10(255.0**2 / error(k, k)) > 30.0 for k in range(len(rows)))
+    moving = [k for k in range(1, len(rows) - 1)
+              if min(float(np.mean((rendered[k] - rendered[other]) ** 2))
+                     for other in (k - 1, k + 1)) > 20.0]
+    assert len(moving) > 3
+    assert all(error(k, k) < min(error(k, k - 1), error(k, k + 1)) for k in moving)

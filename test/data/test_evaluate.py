@@ -1,0 +1,55 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Outcomes of policies, their interval, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from armsim_ros.cli.main import main
+from armsim_ros.data.evaluate import Outcome, success_interval
+
+
+def still(observation):
+    """Return an action that moves nothing far."""
+    return np.zeros(7)
+
+
+def test_outcomes_are_printed_and_reported(tmp_path, capsys):
+    """Each seed, the rate with its interval, and all of it as JSON."""
+    report = tmp_path / 'report.json'
+    status = main(['evaluate', 'armsim/Reach-v1', '--policy', 'expert', '--episodes', '2',
+                   '--seed', '5', '--report', str(report)])
+    lines = capsys.readouterr().out.splitlines()
+    assert status == 0
+    assert lines[0].startswith('seed 5: success after ')
+    assert lines[2].startswith('2 of 2 episodes succeed: 100.0 % (95 %: 34.2 to 100.0 %), ')
+    found = json.loads(report.read_text())
+    assert [episode['seed'] for episode in found['episodes']] == [5, 6]
+
+
+def test_a_policy_of_the_user_can_fail_the_task(monkeypatch, capsys):
+    """A function of a module is called; its episodes end without success."""
+    assert main(['evaluate', 'armsim/Reach-v1', '--policy', f'{__name__}:still',
+                 '--episodes', '1']) == 0
+    assert '0 of 1 episodes succeed' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(('successes', 'count', 'expected'), [
+    (95, 100, (0.888, 0.978)), (0, 10, (0.0, 0.278)), (10, 10, (0.722, 1.0))])
+def test_the_interval_is_wilsons(successes, count, expected):
+    """Values of the literature."""
+    outcomes = [Outcome(k, k < successes, 10, 0.0) for k in range(count)]
+    assert success_interval(outcomes) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize('arguments', [
+    ['armsim/Reach-v1', '--policy', 'expert', '--episodes', '0'],
+    ['armsim/PickCub-v1', '--policy', 'expert'],
+    ['armsim/Reach-v1', '--policy', 'nobody:here'],
+])
+def test_wrong_arguments_are_one_message(arguments, capsys):
+    """Status 2, and what is allowed."""
+    assert main(['evaluate', *arguments]) == 2
+    assert 'allowed' in capsys.readouterr().err
