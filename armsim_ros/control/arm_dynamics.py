@@ -87,10 +87,14 @@ class ArmDynamics:
         """Return whether the robot has a link."""
         return link in self._links
 
-    def jacobian(self) -> Matrix:
-        """Return how the tip moves with the joints (6, n): linear above angular, base axes."""
-        found = self._jacobian
-        mujoco.mj_jacBody(self._model, self._data, found[:3], found[3:], self._tip)
+    def jacobian(self, link: str = '') -> Matrix:
+        """
+        Return how a link moves with the joints (6, n): linear above angular, base axes.
+
+        :param link: '' is the tip.
+        """
+        found, body = self._jacobian, self._links[link] if link else self._tip
+        mujoco.mj_jacBody(self._model, self._data, found[:3], found[3:], body)
         turn = self._data.xmat[self._base].reshape(3, 3).T
         columns = found[:, self._places]
         return np.concatenate((turn @ columns[:3], turn @ columns[3:]))

@@ -171,6 +171,11 @@ class Controller(ABC, Generic[ParametersT]):
 
     @property
     def update_rate(self) -> int:
+        """Updates per second, of those that the manager calls [Hz]."""
+        return self.own_rate
+
+    @property
+    def own_rate(self) -> int:
         """
         Updates per second: what the parameters ask for, or the nearest rate that can be run [Hz].
 
@@ -193,10 +198,10 @@ class Controller(ABC, Generic[ParametersT]):
 
     def warn_of_rate(self) -> None:
         """Warn where the parameters ask for a rate that cannot be run."""
-        if self._requested_rate != self.update_rate:
+        if self._requested_rate != self.own_rate:
             self.events.add(
                 self.time_ns, 'warning', 'warning',
-                f'runs at {self.update_rate} Hz instead of {self._requested_rate} Hz: its '
+                f'runs at {self.own_rate} Hz instead of {self._requested_rate} Hz: its '
                 f"update_rate has to divide the manager's {self.context.update_rate} Hz")
 
     @property

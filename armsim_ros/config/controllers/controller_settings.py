@@ -18,6 +18,11 @@ from armsim_ros.config.controllers.broadcasters import (
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
 )
+from armsim_ros.config.controllers.cartesian_controllers import (
+    CartesianComplianceControllerParameters,
+    CartesianForceControllerParameters,
+    CartesianMotionControllerParameters,
+)
 from armsim_ros.config.controllers.command_controllers import (
     ForwardCommandControllerParameters,
     GpioCommandControllerParameters,
@@ -82,6 +87,10 @@ PARAMETERS: Mapping[str, type[Settings]] = {
     'crisp_controllers/CartesianAdmittanceController': CartesianAdmittanceControllerParameters,
     'crisp_controllers/PoseBroadcaster': CrispPoseBroadcasterParameters,
     'crisp_controllers/TwistBroadcaster': CrispTwistBroadcasterParameters,
+    'cartesian_motion_controller/CartesianMotionController': CartesianMotionControllerParameters,
+    'cartesian_force_controller/CartesianForceController': CartesianForceControllerParameters,
+    'cartesian_compliance_controller/CartesianComplianceController':
+        CartesianComplianceControllerParameters,
 }
 
 

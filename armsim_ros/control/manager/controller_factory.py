@@ -37,6 +37,11 @@ from armsim_ros.control.command_controllers.gpio_command_controller import GpioC
 from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
 from armsim_ros.control.compliance.cartesian_controller import CartesianController
+from armsim_ros.control.compliance.net_force_controllers import (
+    CartesianComplianceController,
+    CartesianForceController,
+    CartesianMotionController,
+)
 from armsim_ros.control.controller import Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
@@ -128,6 +133,10 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'crisp_controllers/CartesianAdmittanceController': CartesianAdmittanceController,
     'crisp_controllers/PoseBroadcaster': CrispPoseBroadcaster,
     'crisp_controllers/TwistBroadcaster': TwistBroadcaster,
+    'cartesian_motion_controller/CartesianMotionController': CartesianMotionController,
+    'cartesian_force_controller/CartesianForceController': CartesianForceController,
+    'cartesian_compliance_controller/CartesianComplianceController':
+        CartesianComplianceController,
 }
 
 

@@ -1,10 +1,15 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of crisp_controllers; their names are relative to the manager's namespace."""
+"""
+Topics of crisp_controllers and of FZI's cartesian_controllers.
+
+Those of crisp_controllers are relative to the manager's namespace, not to the controller.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped, Wrench, WrenchStamped
@@ -19,6 +24,8 @@ from armsim_ros.config.controllers.compliance import (
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
 from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.control.compliance.net_force_controllers import NetForceController
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.qos import WantedPublisher
@@ -69,15 +76,58 @@ class ComplianceTopics:
             self._node.create_subscription(kind, topic, checked, qos.COMMAND))
 
     def _pose(self, message: PoseStamped) -> None:
-        position, turn = message.pose.position, message.pose.orientation
-        self._controller.receive_pose(
-            message.header.frame_id, (position.x, position.y, position.z),
-            (turn.x, turn.y, turn.z, turn.w))
+        self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
 
     def _measured(self, message: WrenchStamped) -> None:
         controller = self._controller
         if controller.active and isinstance(controller, CartesianAdmittanceController):
             controller.receive_measured(_numbers(message.wrench))
+
+
+class NetForceTopics:
+    """
+    Targets and feedback of FZI's cartesian_controllers, below the controller's name.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: NetForceController[Any]) -> None:
+        self._controller = controller
+        self._subscriptions: list[Any] = []
+        self._frame = controller.parameters.robot_base_link
+        if controller.takes_poses:
+            self._subscriptions.append(node.create_subscription(
+                PoseStamped, '~/target_frame', self._take_pose, qos.COMMAND))
+        if controller.takes_wrenches:
+            for topic, receive in (('~/target_wrench', controller.receive_wrench),
+                                   ('~/ft_sensor_wrench', controller.receive_measured)):
+                self._subscriptions.append(node.create_subscription(
+                    WrenchStamped, topic, partial(_pass_wrench, receive), qos.COMMAND))
+        self._pose = WantedPublisher(node, PoseStamped, '~/current_pose', qos.STATE)
+        self._twist = WantedPublisher(node, TwistStamped, '~/current_twist', qos.STATE)
+
+    def _take_pose(self, message: PoseStamped) -> None:
+        self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
+
+    def publish(self) -> None:
+        """Publish where the internal model is, if it is requested."""
+        feedback = self._controller.feedback()
+        if feedback is None or not self._controller.parameters.solver.publish_state_feedback:
+            return
+        time_ns, pose, twist = feedback
+        values = (*pose[:3, 3], *quat_xyzw_from_matrix(pose[:3, :3]))
+        message: Any = PoseStamped()
+        parts: Any = message.pose.position, message.pose.orientation
+        for publisher, numbers in ((self._pose, values), (self._twist, twist)):
+            if publisher is self._twist:
+                message = TwistStamped()
+                parts = message.twist.linear, message.twist.angular
+            if not publisher.wanted(time_ns):
+                continue
+            message.header.frame_id = self._frame
+            fill_time(message.header.stamp, time_ns)
+            _fill(parts, numbers)
+            publisher.publish(message, time_ns)
 
 
 class TipTopic:
@@ -100,11 +150,25 @@ class TipTopic:
         if not self._publisher.wanted(sample.time_ns):
             return
         fill_time(self._message.header.stamp, sample.time_ns)
-        values = iter(sample.values.tolist())
-        for part in self._parts:
-            for axis in part.get_fields_and_field_types():
-                setattr(part, axis, next(values))
+        _fill(self._parts, sample.values)
         self._publisher.publish(self._message, sample.time_ns)
+
+
+def _fill(parts: Iterable[Any], values: Iterable[float]) -> None:
+    """Write values into the fields of messages, in their order."""
+    numbers = iter(values)
+    for part in parts:
+        for axis in part.get_fields_and_field_types():
+            setattr(part, axis, float(next(numbers)))
+
+
+def _pose_parts(message: PoseStamped) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    position, turn = message.pose.position, message.pose.orientation
+    return (position.x, position.y, position.z), (turn.x, turn.y, turn.z, turn.w)
+
+
+def _pass_wrench(receive: Callable[[tuple[float, ...]], object], message: WrenchStamped) -> None:
+    receive(_numbers(message.wrench))
 
 
 def _numbers(wrench: Wrench) -> tuple[float, ...]:

@@ -23,6 +23,7 @@ from armsim_ros.control.command_controllers.forward_command_controller import Fo
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.control.compliance.net_force_controllers import NetForceController
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
@@ -44,7 +45,11 @@ from armsim_ros.nodes.simulation.controllers.command_topics import (
     JointTrajectorySubscription,
     SpeedScalingInput,
 )
-from armsim_ros.nodes.simulation.controllers.compliance_topics import ComplianceTopics, TipTopic
+from armsim_ros.nodes.simulation.controllers.compliance_topics import (
+    ComplianceTopics,
+    NetForceTopics,
+    TipTopic,
+)
 from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
 from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
@@ -293,6 +298,20 @@ class ComplianceNode(ControllerNode):
         self._topics = ComplianceTopics(node, self.controller)
 
 
+class NetForceNode(ControllerNode):
+    """A controller of FZI's cartesian_controllers: its targets and its feedback."""
+
+    controller: NetForceController[Any]
+
+    def _open(self, node: Node) -> None:
+        self._topics = NetForceTopics(node, self.controller)
+
+    def publish(self, time_ns: int) -> None:
+        """Publish the feedback."""
+        if self.controller.active:
+            self._topics.publish()
+
+
 class FollowingControllerNode(ControllerNode):
     """A controller that others may write to: its references and its state."""
 
@@ -339,6 +358,7 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (SensorBroadcaster, SensorBroadcasterNode),
     (TipBroadcaster, TipBroadcasterNode),
     (ComplianceController, ComplianceNode),
+    (NetForceController, NetForceNode),
     (PidController, FollowingControllerNode),
     (AdmittanceController, FollowingControllerNode),
     (StandInController, StandInNode),
