@@ -116,7 +116,7 @@ def _rename(content: dict[str, Any], parameters: Any, path: Sequence[str], name:
     value: Any = parameters
     for key in path:
         value = getattr(value, key, '')
-    if not value:
+    if not value or not isinstance(value, str):  # some have a frame, others a block of it
         return
     for key in path[:-1]:
         content = content.setdefault(key, {})
