@@ -123,8 +123,9 @@ class LogSettings(Settings):
 class StiffnessTopicSettings(Settings):
     """A topic that sets six stiffnesses."""
 
-    enabled: bool = parameter(False, 'whether it is subscribed to', read_only=True)
-    topic: str = parameter('target_stiffness', 'its name', read_only=True, min_length=1)
+    enabled: bool = parameter(False, 'whether its messages are taken')
+    topic: str = parameter(
+        'target_stiffness', 'its name, from when it is loaded on', min_length=1)
 
 
 class MaxStiffnessSettings(Settings):
@@ -165,7 +166,7 @@ class _ComplianceParameters(ControllerParameters):
     friction: FrictionSettings = parameter(FrictionSettings(), 'the friction that is compensated')
     noise: NoiseSettings = parameter(NoiseSettings(), 'has no effect')
     log: LogSettings = parameter(LogSettings(), 'has no effect')
-    enable_introspection: bool = parameter(False, 'has no effect', read_only=True)
+    enable_introspection: bool = parameter(False, 'has no effect')
     variable_stiffness: StiffnessTopicSettings = parameter(
         StiffnessTopicSettings(), 'a topic that sets the stiffness of the tip')
     command_timeout: float = parameter(
@@ -236,7 +237,8 @@ class YieldingSettings(Settings):
 class WrenchTopicSettings(Settings):
     """Where the measured wrench comes from."""
 
-    topic: str = parameter('ft_sensor_wrench', 'name of the topic', read_only=True, min_length=1)
+    topic: str = parameter(
+        'ft_sensor_wrench', 'name of the topic, from when it is loaded on', min_length=1)
     frame: str = parameter('', "link of the sensor; '' is end_effector_frame", read_only=True)
 
 

@@ -58,7 +58,7 @@ def node():
 
 
 def test_targets_reach_the_controller(node):
-    """Names are relative to the manager's namespace; stiffness has a topic on request."""
+    """Names are relative to the manager's namespace; stiffness is taken on request."""
     parameters = CartesianControllerParameters(variable_stiffness={'enabled': True})
     controller = Controller(parameters)
     ComplianceTopics(node, controller)
@@ -82,6 +82,7 @@ def test_two_publishers_of_a_target_are_ignored(node):
     """The controller warns; nothing is taken until there is one again."""
     controller = Controller(CartesianControllerParameters())
     ComplianceTopics(node, controller)
+    node.callbacks['target_stiffness'](Float64MultiArray(data=[1.0] * 6))  # not enabled
     node.publishers = 2
     node.callbacks['target_wrench'](WrenchStamped())
     assert controller.received == [('ignore', 'target_wrench', 2)]

@@ -33,7 +33,7 @@ from armsim_ros.nodes.qos import WantedPublisher
 
 class ComplianceTopics:
     """
-    ``target_pose``, ``target_joint``, ``target_wrench`` and what the parameters enable.
+    ``target_pose``, ``target_joint``, ``target_wrench`` and what the parameters name.
 
     A target topic with several publishers is ignored, so that no two programs pull at the arm.
 
@@ -48,19 +48,15 @@ class ComplianceTopics:
             message.name, message.position, message.velocity))
         self._subscribe(WrenchStamped, 'target_wrench', lambda message: controller.receive_wrench(
             _numbers(message.wrench)))
-        stiffness = controller.parameters.variable_stiffness
-        if stiffness.enabled:
-            self._subscribe(Float64MultiArray, stiffness.topic,
-                            lambda message: controller.receive_stiffness(message.data))
+        self._subscribe(Float64MultiArray, controller.parameters.variable_stiffness.topic,
+                        self._stiffness)
         if isinstance(controller, CartesianAdmittanceController):
             self._subscriptions.append(node.create_subscription(
                 WrenchStamped, controller.parameters.ft_sensor.topic, self._measured,
                 qos.COMMAND))
-            stiffness = controller.parameters.variable_admittance_stiffness
-            if stiffness.enabled:
-                self._subscribe(
-                    Float64MultiArray, stiffness.topic,
-                    lambda message: controller.receive_yielding_stiffness(message.data))
+            self._subscribe(
+                Float64MultiArray, controller.parameters.variable_admittance_stiffness.topic,
+                self._yielding_stiffness)
 
     def _subscribe(self, kind: Any, topic: str, receive: Callable[[Any], object]) -> None:
         def checked(message: Any) -> None:
@@ -77,6 +73,16 @@ class ComplianceTopics:
 
     def _pose(self, message: PoseStamped) -> None:
         self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
+
+    def _stiffness(self, message: Float64MultiArray) -> None:
+        if self._controller.parameters.variable_stiffness.enabled:
+            self._controller.receive_stiffness(message.data)
+
+    def _yielding_stiffness(self, message: Float64MultiArray) -> None:
+        controller = self._controller
+        if (isinstance(controller, CartesianAdmittanceController)
+                and controller.parameters.variable_admittance_stiffness.enabled):
+            controller.receive_yielding_stiffness(message.data)
 
     def _measured(self, message: WrenchStamped) -> None:
         controller = self._controller
