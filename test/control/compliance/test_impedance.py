@@ -42,7 +42,7 @@ def test_it_yields_like_a_spring(compliant, axis):
     body, start, force = arm.plant.link_body('panda_hand_tcp'), arm.place, 10.0 * np.eye(3)[axis]
     data = arm.plant.mujoco_data
     data.xfrc_applied[body] = (*force, *np.cross(start - data.xipos[body], force))
-    arm.run(3.0)
+    arm.run(2.0)
     way = arm.place - start
     assert way[axis] == pytest.approx(0.025, rel=0.1)
     assert np.linalg.norm(np.delete(way, axis)) < 0.0025
@@ -56,7 +56,7 @@ def test_it_presses_with_the_requested_force(compliant):
         arm.run(0.6)
     arm.set(task__k_pos_z=0.0)
     arm.controller.receive_wrench((0.0, 0.0, -5.0, 0.0, 0.0, 0.0))
-    arm.run(4.0)
+    arm.run(2.5)
     model, data, force = arm.plant.mujoco_model, arm.plant.mujoco_data, np.empty(6)
     pressed = 0.0
     for contact in range(data.ncon):
@@ -95,7 +95,7 @@ def test_operational_space(compliant):
             operational_space_regularization=0.001)
     goal = arm.place + np.array((0.05, 0.05, 0.0))
     arm.aim(goal)
-    arm.run(4.0)
+    arm.run(3.0)
     assert np.linalg.norm(arm.place - goal) < 0.01
 
 
@@ -114,7 +114,7 @@ def test_the_admittance_yields_to_what_is_measured(compliant):
     arm = compliant('cartesian_admittance_controller')
     start, turn = arm.place, arm.plant.link_pose('panda_hand')[:3, :3]
     assert arm.controller.receive_measured((*(turn.T @ (5.0, 0.0, 0.0)), 0.0, 0.0, 0.0)) == ''
-    arm.run(4.0)
+    arm.run(2.0)
     np.testing.assert_allclose(arm.place - start, (0.025, 0.0, 0.0), atol=0.0025)
 
 
@@ -124,5 +124,5 @@ def test_a_variable_stiffness_of_the_admittance(compliant):
     turn, start = arm.plant.link_pose('panda_hand')[:3, :3], arm.place
     arm.controller.receive_yielding_stiffness((400.0, 400.0, 400.0, 10.0, 10.0, 10.0))
     arm.controller.receive_measured((*(turn.T @ (5.0, 0.0, 0.0)), 0.0, 0.0, 0.0))
-    arm.run(4.0)
+    arm.run(2.0)
     assert arm.place[0] - start[0] == pytest.approx(0.0125, rel=0.1)
