@@ -179,21 +179,19 @@ class InverseDynamics:
         if not self._plain:
             position = self._spread(position, offset=True)
             velocity, features = self._spread(velocity), self._spread(features)
-        inertia, bias = self._nodes(position, velocity)
-        joints = len(self._full)
-        padded = np.zeros((2, inertia.shape[1] + 1))
-        padded[:, :-1] = inertia
+        joints, padded = len(self._full), np.zeros((2, self._model.nM + 1))
+        inertia, bias = padded[:, :-1], np.empty((2, joints))
+        self._fill_nodes(position, velocity, bias, inertia)
         # Both matrices of inertia side by side.
         loads = product(features, padded.ravel()[self._pair])
         first = loads[:, :joints]
         change = loads[:, joints:] - first
         if self._step_damping is not None:
             first += self._step_damping * features
-        rest = bias.copy()
-        rest[1] -= rest[0]
+        bias[1] -= bias[0]
         if self._plain:
-            return first, change, rest, inertia
-        loads = product(np.concatenate((first, change, rest)), self._borne_by)
+            return first, change, bias, inertia
+        loads = product(np.concatenate((first, change, bias)), self._borne_by)
         return loads[:4], loads[4:8], loads[8:], inertia
 
     @property
@@ -217,13 +215,20 @@ class InverseDynamics:
         :param velocity: (k, nv).
         """
         bias, inertia = np.empty(position.shape), np.empty((len(position), self._model.nM))
+        self._fill_nodes(position, velocity, bias, inertia)
+        return inertia, bias
+
+    def _fill_nodes(
+        self, position: Matrix, velocity: Matrix, bias: Matrix, inertia: Matrix
+    ) -> None:
+        """Write what ``_nodes`` returns; what is known of the first is the last node."""
         known = int(position[0].tobytes() + velocity[0].tobytes() == self._node[0])
         if known:
             inertia[0], bias[0] = self._node[1:]
-        rest = np.zeros_like(position[known:])
+        rest = np.zeros((len(position) - known, bias.shape[1]))
         self._look(position[known:], velocity[known:], rest, bias[known:], inertia[known:])
-        self._node = position[-1].tobytes() + velocity[-1].tobytes(), inertia[-1], bias[-1]
-        return inertia, bias
+        self._node = (position[-1].tobytes() + velocity[-1].tobytes(), inertia[-1].copy(),
+                      bias[-1].copy())
 
     def _look(
         self,
