@@ -52,10 +52,7 @@ class Observations:
             self._bind(simulation)
         mujoco.mj_kinematics(model, data)
         state, places = simulation.state, self._places
-        poses = np.empty((len(self._bodies), 7))
-        poses[:, :3] = data.xpos[self._bodies]
-        quaternions = data.xquat[self._bodies]
-        poses[:, 3:6], poses[:, 6] = quaternions[:, 1:], quaternions[:, 0]
+        poses = np.concatenate((data.xpos.take(self._xyz), data.xquat.take(self._xyzw)), axis=1)
         found = {
             'joint_positions': state.position[places].copy(),
             'joint_velocities': state.velocity[places].copy(),
@@ -73,5 +70,7 @@ class Observations:
         """Find the bodies; their numbers hold until the world is edited."""
         self._model = model = simulation.mujoco_model
         self._places = selector([simulation.index[name] for name in self._joints])
-        bodies = [int(model.body(object_body_name(name)).id) for name in self._objects]
-        self._bodies = np.array([simulation.link_body(self._tip), *bodies], dtype=np.intp)
+        items = [int(model.body(object_body_name(name)).id) for name in self._objects]
+        # Places in the flat arrays; MuJoCo has w first.
+        bodies = np.array([[simulation.link_body(self._tip)], *([item] for item in items)])
+        self._xyz, self._xyzw = 3 * bodies + np.arange(3), 4 * bodies + np.array([1, 2, 3, 0])
