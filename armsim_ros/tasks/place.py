@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.model.transforms import matrix_from_quat_wxyz
 from armsim_ros.tasks.base import REST, TaskEnv
-from armsim_ros.tasks.expert import Goal, yaw_of
+from armsim_ros.tasks.expert import Goal
 from armsim_ros.tasks.grasping import CUBE_RANGES, put
 from armsim_ros.tasks.workspace import CUBE
 
@@ -23,7 +23,7 @@ INSIDE = 0.01
 _HALF = np.array([0.0, 0.0, 0.5 * CUBE])
 #: How exactly one is at the height of what it rests on [m].
 _ON = 0.008
-#: Largest tilt of an upright cube, as the cosine.
+#: Largest tilt of the lower cube, as the cosine.
 _UPRIGHT = math.cos(0.1)
 
 
@@ -56,7 +56,7 @@ class PlaceCube(TaskEnv):
 
 
 class StackCubes(TaskEnv):
-    """The red cube rests on the green cube, which is upright on the table, and is not held."""
+    """The red cube rests on the green cube, which is flat on the table, and is not held."""
 
     task = 'StackCubes'
     task_description = 'Put the red cube on the green cube.'
@@ -73,14 +73,14 @@ class StackCubes(TaskEnv):
     def solved(self) -> bool:
         """Return whether red rests on green."""
         red, green = self.item_xyz('red'), self.item_xyz('green')
-        yaw = yaw_of(self.item_quat('green'))
-        way = red[:2] - green[:2]
-        turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])
+        turn = matrix_from_quat_wxyz(self.item_quat('green'))
+        # On whichever face green is: the two shortest ways along its axes are horizontal.
+        aside = np.sort(np.abs(turn.T @ (red - green)))[1]
         return bool(
-            (np.abs(turn @ way) <= 0.5 * CUBE - INSIDE).all()
+            aside <= 0.5 * CUBE - INSIDE
             and abs(red[2] - green[2] - CUBE) < _ON and self.rests('red')
             and abs(green[2] - self.place.surface - 0.5 * CUBE) < _ON
-            and self.item_speed('green') < REST and _is_upright(self.item_quat('green')))
+            and self.item_speed('green') < REST and np.abs(turn[2]).max() > _UPRIGHT)
 
     def remaining(self) -> float:
         """Return the way of red to its place, and half of that of the hand to red."""
@@ -90,9 +90,3 @@ class StackCubes(TaskEnv):
     def goal(self) -> Goal:
         """Return the next goal of taking red onto green."""
         return put(self, 'red', self.item_xyz('green') + 2.0 * _HALF, 0.004)
-
-
-def _is_upright(quaternion: Vector) -> bool:
-    """Return whether a body of this quaternion wxyz is upright."""
-    _, x, y, _ = quaternion
-    return bool(1.0 - 2.0 * (x * x + y * y) > _UPRIGHT)
