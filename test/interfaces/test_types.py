@@ -37,9 +37,10 @@ def parts(definitions, package):
 
 def as_python(type_name):
     """Return a type as the Python classes write it: ``sequence<double>`` for ``float64[]``."""
-    base = type_name.removesuffix('[]').replace('/msg/', '/')
+    base, bracket, size = type_name.partition('[')
+    base = base.replace('/msg/', '/')
     base = PYTHON_NAMES.get(base, base)
-    return f'sequence<{base}>' if type_name.endswith('[]') else base
+    return f'sequence<{base}>' if size == ']' else f'{base}{bracket}{size}'
 
 
 def compiled_types(name):
