@@ -28,6 +28,12 @@ class HardwareSettings(Settings):
         'vendor, or of a Python module that has one', read_only=True)
     start: Literal['RUNNING', 'IDLE', 'POWER_OFF'] = parameter(
         'RUNNING', 'mode of the drives at the start', read_only=True)
+    program: Literal['PLAYING', 'STOPPED'] = parameter(
+        'PLAYING', 'what the program does at the start by which an arm of some vendors takes '
+        'commands', read_only=True)
+    io: dict[str, str] = parameter(
+        {}, "digital output -> vacuum gripper that it switches; digital input -> "
+        "'GRIPPER/grasping'", read_only=True)
     unlock_delay: float = parameter(
         -1.0, "time that a protective stop lasts at least [s]; below 0 the vendor's, or 0",
         read_only=True, allow_inf_nan=False)

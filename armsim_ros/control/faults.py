@@ -10,7 +10,7 @@ other program is without them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 import math
 
 import numpy as np
@@ -91,6 +91,14 @@ class FaultInjector(HardwareInterface):
             self.feedforward.of(kind)[np.isnan(self._hardware.feedforward.of(kind))] = np.nan
         fresh = np.isnan(self.command.position)
         self.command.position[fresh] = self._hardware.command.position[fresh]
+
+    def tare(self, foreign: Collection[str] = ()) -> None:
+        """Pass it on."""
+        self._hardware.tare(foreign)
+
+    def set_payload(self, link: str, mass: float, centre: Sequence[float]) -> None:
+        """Pass a load on."""
+        self._hardware.set_payload(link, mass, centre)
 
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:
         """Pass gains on."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -173,6 +173,21 @@ class HardwareInterface(ABC):
         :param claimed: joint -> interfaces claimed from now on; a joint that is not there is
             unclaimed and holds its position.
         :raises SimulationError: a set of interfaces that the joint cannot follow together.
+        """
+
+    def tare(self, foreign: Collection[str] = ()) -> None:  # noqa: B027 - optional
+        """
+        Have the forces and torques that sensors measure now read as 0 from now on.
+
+        :param foreign: sensors that are left alone.
+        """
+
+    def set_payload(self, link: str, mass: float, centre: Sequence[float]) -> None:  # noqa: B027
+        """
+        Have the drives compensate a load that a client believes to be at a link.
+
+        :param mass: [kg].
+        :param centre: (3,) of mass, in the axes of the link [m].
         """
 
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:  # noqa: B027 - optional

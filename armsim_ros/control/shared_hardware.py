@@ -108,6 +108,14 @@ class HardwarePart(HardwareInterface):
         """Take over a change of claims of this robot."""
         self._shared.claim(self.joint_names, claimed)
 
+    def tare(self, foreign: Collection[str] = ()) -> None:
+        """Zero the sensors of this robot."""
+        self._shared.hardware.tare({*self._foreign, *foreign})
+
+    def set_payload(self, link: str, mass: float, centre: Sequence[float]) -> None:
+        """Pass a load on."""
+        self._shared.hardware.set_payload(link, mass, centre)
+
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:
         """Pass gains on."""
         self._shared.hardware.set_gains(gains)

@@ -30,6 +30,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.sim.assembly import watch
 from armsim_ros.stack import ArmSim
 
 #: Observations that get noise, with the stream of each.
@@ -53,6 +54,8 @@ class ArmEnv(Env[Any, Any]):
         ``joints.NAME.{damping, friction, armature}``, ``gains``, ``gravity``, ``latency``,
         ``noise.{joint_positions, joint_velocities, object_poses}``. Each is (low, high), or a
         fixed value.
+    :param end_on_stop: whether what would stop the arm ends an episode: speed, position, and
+        collisions beyond the limits of ``hardware``; ``info['stop']`` has the cause.
     :param max_steps: after so many an episode is truncated; 0 is never.
     :param render_mode: ``rgb_array`` for pictures.
     :param view: arguments of ``View``, for pictures.
@@ -78,6 +81,7 @@ class ArmEnv(Env[Any, Any]):
         group: str = '',
         twist: tuple[float, float] = (0.25, 1.0),
         randomize: Mapping[str, Any] | None = None,
+        end_on_stop: bool = False,
         max_steps: int = 0,
         render_mode: str | None = None,
         view: Mapping[str, Any] | None = None,
@@ -90,6 +94,8 @@ class ArmEnv(Env[Any, Any]):
             robot = load_cell(str(robot), world=world, overrides=overrides)
         self.cell, self.render_mode, self.max_steps = robot, render_mode, max_steps
         self.period = period
+        self._end_on_stop = end_on_stop
+        self._stop = ''
         settings, model = robot.settings, robot.model
         self._renderer = Renderer(view_from(view or {}))
         group = group or next(iter(model.semantic.groups), '')
@@ -130,6 +136,9 @@ class ArmEnv(Env[Any, Any]):
                 raise SimulationError(f'the controllers cannot be stopped: {result.message}')
         sim.simulation.perform_command_mode_switch(
             {name: frozenset({POSITION}) for name in self.joints})
+        if self._end_on_stop:
+            for part in self.cell.robots:
+                watch(part, sim.managers[part.name], sim.simulation, always=True)
         self.decorate(sim)
         steps = periods * sim.loop.steps_per_update
         self._motion = JointMotion(sim.simulation, self.joints, steps)
@@ -215,8 +224,16 @@ class ArmEnv(Env[Any, Any]):
         self._steps += 1
         observation = self.observe()
         truncated = 0 < self.max_steps <= self._steps
-        return (observation, self.reward(observation), self.terminated(observation), truncated,
-                self._info())
+        self._stop = self._stop_cause()
+        terminated = self.terminated(observation) or bool(self._stop)
+        return observation, self.reward(observation), terminated, truncated, self._info()
+
+    def _stop_cause(self) -> str:
+        """Return why an arm would stop, '' where none would, or where that does not count."""
+        monitors = [manager.stops.monitor for manager in self._sim.managers.values()]
+        causes = [monitor.check(self._sim.simulation.time_ns) for monitor in monitors
+                  if monitor is not None and self._end_on_stop]
+        return next((str(cause) for cause in causes if cause is not None), '')
 
     def observe(self) -> Any:
         """Return the present observation."""
@@ -304,7 +321,7 @@ class ArmEnv(Env[Any, Any]):
         self._episode = episode
         self._variation.apply(episode)
         self._target = self._sim.simulation.state.position[self._places].copy()
-        self._steps = 0
+        self._steps, self._stop = 0, ''
         self._latency = int(episode.get('latency', 0.0))
         self._waiting = deque()
         self._noise = stream(episode.seed, 'noise')
@@ -319,7 +336,8 @@ class ArmEnv(Env[Any, Any]):
         return observation
 
     def _info(self) -> dict[str, Any]:
-        return {'time': self._sim.time, 'steps': self._steps}
+        stop = {'stop': self._stop} if self._end_on_stop else {}
+        return {'time': self._sim.time, 'steps': self._steps, **stop}
 
 
 __all__ = ['ArmEnv', 'View']

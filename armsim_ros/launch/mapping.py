@@ -21,6 +21,7 @@ from armsim_ros.cli.environment import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
 from armsim_ros.launch.process_spec import (
+    CONTROLLER_STOPPER,
     is_known,
     ProcessSpec,
     ProgramRole,
@@ -36,6 +37,8 @@ _DESCRIPTION = 'robot_description'
 JOINT_STATES = 'armsim.joint_states'
 #: Parameter of ours: the robot is in the world of a simulator, which has a floor.
 FLOOR = 'armsim.floor'
+#: Parameter of ours: the driver's program does not run before it is played.
+PROGRAM = 'armsim.program'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
@@ -54,7 +57,7 @@ _PROGRAMS = {
     ProgramRole.ROSBRIDGE: 'rosbridge_websocket',
 }
 #: Programs whose work the simulation does; they get no process of their own.
-_PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE)
+_PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE, ProgramRole.VENDOR)
 
 
 class Kind(Enum):
@@ -100,6 +103,7 @@ class Mapping:
         self._simulated: set[str] = set()
         self._world = ''
         self._tells_joints = False
+        self._plays_later = False
 
     def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
         """Return what becomes of the processes of a batch, in order."""
@@ -112,6 +116,10 @@ class Mapping:
         self._tells_joints = ProgramRole.JOINT_STATES in roles and not any(
             role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(_words(spec))
             for (_, spec), role in zip(batch, roles, strict=True))
+        self._plays_later = any(
+            spec.node is not None and spec.node.executable == CONTROLLER_STOPPER
+            and str(spec.node.merged().get('headless_mode')).lower() != 'true'
+            for _, spec in batch)
         return [self._decide(action, spec, role)
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
@@ -148,6 +156,8 @@ class Mapping:
                 extra[_DESCRIPTION] = text
             if self._tells_joints:
                 extra[JOINT_STATES] = True
+            if self._plays_later:
+                extra[PROGRAM] = 'STOPPED'
         elif role in (ProgramRole.MOVE_GROUP, ProgramRole.SERVO):
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [

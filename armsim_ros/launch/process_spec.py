@@ -130,6 +130,7 @@ class ProgramRole(Enum):
     STATIC_TRANSFORM = 'publishes a fixed transform'
     ROSBRIDGE = 'rosbridge, for clients without ROS'
     ROSAPI = 'the bridge serves rosapi, too'
+    VENDOR = "the arm's driver; its endpoints are the simulation's"
 
 
 #: (package, executable) -> what it does.
@@ -160,6 +161,12 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
     ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
 }
+#: Programs of drivers beside ros2_control; the simulation has their endpoints.
+NODES.update({('ur_robot_driver', name): ProgramRole.VENDOR for name in (
+    'dashboard_client', 'robot_state_helper', 'controller_stopper_node', 'urscript_interface',
+    'trajectory_until_node')})
+#: Holds the arm until its program is played, unless headless_mode plays it.
+CONTROLLER_STOPPER = 'controller_stopper_node'
 #: Class of a component -> the program that does its work in a process of its own.
 COMPONENTS: dict[str, tuple[str, str]] = {
     'moveit_servo::ServoNode': ('moveit_servo', 'servo_node'),

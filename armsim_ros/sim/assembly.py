@@ -205,13 +205,19 @@ def vendor_of(robot: Robot) -> Vendor | None:
     return find_vendor(robot.settings.simulation.hardware.vendor, plugins)
 
 
-def watch(robot: Robot, manager: ControllerManager, simulation: Simulation) -> None:
-    """Let speeds, positions and loads stop an arm, as its settings ask for it."""
+def watch(robot: Robot, manager: ControllerManager, simulation: Simulation, *,
+          always: bool = False) -> None:
+    """
+    Let speeds, positions and loads stop an arm.
+
+    :param always: whether the settings ask for it or not.
+    """
     settings, vendor = robot.settings.simulation.hardware, manager.arm.vendor
     torque = settings.collision.torque or vendor.collision_torque
     force = settings.collision.force or vendor.collision_force
     limited = bool(settings.collision.torque or settings.collision.force)
-    if settings.watch == 'off' or (settings.watch == 'auto' and not limited):
+    asked = settings.watch == 'on' or (settings.watch == 'auto' and limited)
+    if not (asked or always):
         return
     hardware, loads = manager.hardware, None
     if min(torque, force) < inf:

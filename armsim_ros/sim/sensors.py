@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import chain
 
 import mujoco
@@ -52,6 +52,21 @@ class Sensors:
              {name.partition('.')[0] for name in sensor.states})
             for sensor in chain(*(system.sensors for system in model.hardware), more)
         ]
+        #: ``sensor/interface`` -> what a sensor shows less than it measures.
+        self._zeros: dict[str, float] = {}
+
+    def tare(self, foreign: Collection[str] = ()) -> None:
+        """Have the present forces and torques read as 0, but for those of foreign sensors."""
+        self._zeros = {name: value + self._zeros.get(name, 0.0)
+                       for name, value in self.read().items()
+                       if name.rpartition('/')[2].partition('.')[0] in _LOAD
+                       and name.rpartition('/')[0] not in foreign} | {
+            name: zero for name, zero in self._zeros.items()
+            if name.rpartition('/')[0] in foreign}
+
+    def forget_zeros(self) -> None:
+        """Show what is measured."""
+        self._zeros = {}
 
     def read(self) -> dict[str, float]:
         """Return ``sensor/interface`` -> value of the last physics step [N, N*m, rad/s, m/s^2]."""
@@ -78,6 +93,8 @@ class Sensors:
                 values.update(zip((f'orientation.{axis}' for axis in 'wxyz'),
                                   quat_wxyz.tolist(), strict=True))
             found.update({f'{sensor.name}/{name}': values[name] for name in sensor.states})
+        for name, zero in self._zeros.items():
+            found[name] -= zero
         return found
 
     def _load(self, frame: int, carrier: int) -> Vector:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 import hashlib
 import math
 from typing import Any
@@ -206,6 +206,19 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             if POSITION in kept and np.isfinite(left.get(name, np.nan)):
                 self.command.position[i] = left[name]
 
+    def tare(self, foreign: Collection[str] = ()) -> None:
+        """Zero forces and torques of the sensors."""
+        self._sensors.tare(foreign)
+
+    def set_payload(self, link: str, mass: float, centre: Sequence[float]) -> None:
+        """
+        Compensate a load at a link, in place of the last.
+
+        :raises SimulationError: a link that is not there.
+        """
+        self.link_body(link)
+        self._servo.set_payload(f'{self.model.name}/{link}', mass, centre)
+
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:
         """Take over gains of position commands."""
         self._servo.set_gains(gains)
@@ -343,6 +356,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         """Put robot and objects back to the start; time goes on, claims stay."""
         for gripper in self.vacuum_grippers.values():
             gripper.switch_off()
+        self._sensors.forget_zeros()
         self.world.return_to_start()
         self._plant.reset(self._initial)
         self._settle_in()

@@ -9,4 +9,5 @@ from armsim_ros.vendors.vendor import Vendor
 VENDOR = Vendor(
     name='franka',
     plugins=('franka_hardware/FrankaHardwareInterface',),
+    endpoints='armsim_ros.nodes.vendors.franka:FrankaEndpoints',
 )

@@ -12,4 +12,8 @@ VENDOR = Vendor(
     unlock_delay=5.0,
     power_step=1.0,
     emergency_power_off=True,
+    program=True,
+    pace='speed_scaling/speed_scaling_factor',
+    tool='tool0',
+    endpoints='armsim_ros.nodes.vendors.universal_robots.endpoints:create',
 )

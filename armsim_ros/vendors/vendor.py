@@ -20,6 +20,12 @@ class Vendor:
     :param collision_torque: external torque of a joint that stops a watched arm [N*m or N].
     :param collision_force: contact force that stops a watched arm [N].
     :param emergency_power_off: whether a released emergency stop leaves the drives without power.
+    :param program: whether the arm takes commands only while a program runs on it; while none
+        does, the controllers of the arm are inactive.
+    :param pace: state interface with the pace of trajectories, without the robot's prefix.
+    :param tool: link at which payloads are given, without the robot's prefix.
+    :param endpoints: ``module:function`` that makes what the driver offers to ROS beside its
+        controllers; see ``armsim_ros.nodes.vendors``.
     """
 
     name: str
@@ -29,3 +35,7 @@ class Vendor:
     collision_torque: float = math.inf
     collision_force: float = math.inf
     emergency_power_off: bool = False
+    program: bool = False
+    pace: str = ''
+    tool: str = ''
+    endpoints: str = ''

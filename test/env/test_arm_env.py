@@ -267,3 +267,21 @@ def test_any_robot_is_an_environment(robot):
     assert env.digest() != digest
     env.restore_state(state)
     assert env.digest() == digest
+
+
+def test_what_stops_an_arm_ends_the_episode_if_asked_to(new_env):
+    """A load over the limit ends an episode with its cause; another begins without it."""
+    env = new_env(robot='sunday', randomize={}, end_on_stop=True,
+                  overrides={'simulation.hardware.collision.torque': 20.0})
+    still = np.zeros(env.action_space.shape)
+    env.reset(seed=1)
+    *_, terminated, _, info = env.step(still)
+    assert (terminated, info['stop']) == (False, '')
+    env.sim.simulation.apply_wrench('link_6', force=(0.0, 150.0, 0.0))
+    ends = [env.step(still + 0.01 * i) for i in range(1, 4)]
+    *_, terminated, _, info = ends[-1]
+    assert terminated
+    assert 'limit' in info['stop']
+    env.sim.simulation.apply_wrench('link_6')
+    assert env.reset(seed=1)[1]['stop'] == ''
+    assert not env.step(still)[2]

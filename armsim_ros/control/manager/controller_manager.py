@@ -96,7 +96,7 @@ class ControllerManager:
         self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
         self._failures: dict[str, Exception] = {}
         self.stops = ArmStop(arm(self.events, self._context.wake), model, self.resources,
-                             self._switches)
+                             self._switches, self._requests.post)
         self._ahead = UpdatesAhead((), 0, 0, 0.0)
         limited = parameters.enforce_command_limits
         self._limits = CommandLimits(hardware, model) if limited else None
@@ -210,7 +210,7 @@ class ControllerManager:
         self.time_ns = time_ns
         self._resumed = False
         stops = self.stops
-        if stops.arm.busy or stops.monitor is not None:
+        if stops.due:
             stops.follow(time_ns)
         if self._requests or self._failures:
             self._serve()

@@ -17,7 +17,11 @@ from typing import Literal
 from armsim_ros.config.hardware import HardwareSettings
 from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.events import EventQueue
+from armsim_ros.control.safety.signals import Signals
 from armsim_ros.vendors import Vendor
+
+#: After a pause trajectories reach the full pace in this time [s].
+RAMP = 0.5
 
 
 class Mode(Enum):
@@ -38,6 +42,14 @@ class Safety(Enum):
     SAFEGUARD_STOP = 'SAFEGUARD_STOP'
     EMERGENCY_STOP = 'EMERGENCY_STOP'
     FAULT = 'FAULT'
+
+
+class Program(Enum):
+    """What the program does by which an arm takes commands."""
+
+    STOPPED = 'STOPPED'
+    PLAYING = 'PLAYING'
+    PAUSED = 'PAUSED'
 
 
 CauseKind = Literal['injected', 'collision', 'speed', 'position', 'power', 'emergency']
@@ -93,6 +105,7 @@ class ArmState:
         #: Whether the next update has anything to follow: a change, or one that time brings.
         self.busy = False
         self.time_ns = 0
+        self.signals = Signals()
         self._begin()
 
     def _begin(self) -> None:
@@ -103,6 +116,16 @@ class ArmState:
         self.pressed = False
         self._target = self.mode
         self._due_ns = NEVER_NS
+        runs = not self.vendor.program or (
+            self.settings.program == 'PLAYING' and self.mode is Mode.RUNNING)
+        self.program = Program.PLAYING if runs else Program.STOPPED
+        #: Share of their speed at which trajectories are to run, 0.01 to 1.
+        self.slider = 1.0
+        #: Whether forces from outside move the arm.
+        self.freedrive = False
+        self._pace = self._target_pace
+        self._ramps, self._ramp_ns = False, NEVER_NS
+        self.signals.reset()
         self.changed = self.busy = bool(self.obstacle)
 
     @property
@@ -123,14 +146,70 @@ class ArmState:
             return f'{name}: {self.cause}'
         if self.mode is not Mode.RUNNING:
             return f'the drives are not ready: {self.mode.value}; power the arm on'
-        return ''
+        if self.program is Program.STOPPED:
+            return "the arm's program does not run; play it"
+        return 'the arm is in freedrive' if self.freedrive else ''
+
+    @property
+    def pace(self) -> float:
+        """What trajectories feel of slider, pauses and stops, 0 to 1."""
+        return self._pace
+
+    @property
+    def _target_pace(self) -> float:
+        return self.slider if self.moves and self.program is Program.PLAYING else 0.0
 
     def update(self, time_ns: int) -> None:
         """Be where time has led [ns]."""
         self.time_ns = time_ns
         if time_ns >= self._due_ns:
             self._step_power()
-        self.busy = self._due_ns != NEVER_NS
+        target = self._target_pace
+        if self._ramps and target > 0.0:
+            if self._ramp_ns == NEVER_NS:
+                self._ramp_ns = time_ns
+            self._pace = min(target, (time_ns - self._ramp_ns) * 1e-9 / RAMP)
+            self._ramps = self._pace < target
+        else:
+            self._pace = target
+        self.busy = self._due_ns != NEVER_NS or (self._ramps and target > 0.0)
+
+    def set_slider(self, fraction: float) -> str:
+        """Set the pace of trajectories; return why it is refused, '' where it is not."""
+        if not 0.01 <= fraction <= 1.0:
+            return f'the speed slider cannot be at {fraction:g}; allowed: 0.01 to 1.0'
+        self.slider = fraction
+        self._changed()
+        return ''
+
+    def play(self) -> str:
+        """Run the program, or go on after a pause; return why it cannot, '' where it does."""
+        if not self.moves:
+            return f'the program cannot run: {self.obstacle}'
+        if self.program is not Program.PLAYING:
+            self.program = Program.PLAYING
+            self._note('the program runs')
+        return ''
+
+    def pause(self) -> str:
+        """Let trajectories rest where they are until ``play``; return why not, '' where so."""
+        if self.program is Program.STOPPED:
+            return 'no program runs'
+        self.program, self._ramps, self._ramp_ns = Program.PAUSED, True, NEVER_NS
+        self._note('the program is paused')
+        return ''
+
+    def stop_program(self) -> None:
+        """End the program; the arm is held until ``play``."""
+        if self.vendor.program and self.program is not Program.STOPPED:
+            self.program, self.freedrive = Program.STOPPED, False
+            self._note('the program is stopped')
+
+    def set_freedrive(self, on: bool) -> None:
+        """Let forces from outside move the arm, or hold it."""
+        if on != self.freedrive:
+            self.freedrive = on
+            self._note(f'freedrive is {"on" if on else "off"}')
 
     def protective_stop(self, cause: Cause | None = None) -> None:
         """Stop the arm; an emergency stop stays what it is."""
@@ -183,12 +262,14 @@ class ArmState:
             self._target = mode
             if self.mode is not mode:
                 self.mode = mode
+                self._halt_program()
                 self._note('the drives are off', Cause('power', 'the drives were switched off'))
             return
         order = list(Mode)
         if order.index(mode) <= order.index(self.mode):
             if mode is Mode.IDLE and self.mode is Mode.RUNNING:
                 self.mode = self._target = mode
+                self._halt_program()
                 self._note('the brakes are on', Cause('power', 'the brakes were applied'))
             return
         self._target = mode
@@ -206,7 +287,13 @@ class ArmState:
 
     def _stop(self, safety: Safety, cause: Cause) -> None:
         self.safety, self.cause, self.since_ns = safety, cause, self.time_ns
+        self._halt_program()
         self._note(f'{self.obstacle}; at {self.time_ns * 1e-9:.3f} s', level='error')
+
+    def _halt_program(self) -> None:
+        self.freedrive = self._ramps = False
+        if self.vendor.program:
+            self.program = Program.STOPPED
 
     def _step_power(self) -> None:
         order = list(Mode)

@@ -26,6 +26,8 @@ DECELERATION = 10.0
 LONGEST_STOP = 0.4
 #: Where a command is farther from its joint, the motion goes on from the joint [rad or m].
 NEAR = 0.02
+#: Share of its speed that a joint keeps from one control period to the next while it yields.
+YIELD = 0.98
 
 
 class Braking:
@@ -49,6 +51,7 @@ class Braking:
                                  for limit in limits])
         self._start = self._velocity = np.zeros(len(joints))
         self._duration = self._time = 0.0
+        self._way: Vector | None = None
 
     def measure(self, *, measured: bool) -> Vector:
         """
@@ -80,18 +83,44 @@ class Braking:
         longest = float(np.max(np.abs(velocity) / self._limits, initial=0.0))
         self._duration, self._time = min(longest, LONGEST_STOP), 0.0
 
-    def write(self, period: float) -> None:
-        """Command where the joints are to be a period [s] ahead; nothing else reaches them."""
+    def move(self, targets: Sequence[float] | None, speed: float, acceleration: float,
+             duration: float) -> None:
+        """Move on from where the joints are commanded to be, see ``ArmStop.move``."""
+        here = self._hardware.command.position[self._places].copy()
+        way = np.zeros_like(here) if targets is None else np.array(targets) - here
+        farthest = float(np.max(np.abs(way), initial=0.0))
+        if farthest > 0.0 and not duration:
+            # A quintic from rest to rest has 15/8 of its mean speed and 10/sqrt(3) of
+            # distance / time^2 as greatest values.
+            duration = max(1.875 * farthest / speed, (5.7735 * farthest / acceleration)**0.5)
+        self._start, self._way = here, way if farthest > 0.0 else None
+        self._velocity = np.zeros_like(here)
+        self._duration, self._time = duration if farthest > 0.0 else 0.0, 0.0
+
+    def write(self, period: float, *, yielding: bool = False) -> None:
+        """
+        Command where the joints are to be a period [s] ahead; nothing else reaches them.
+
+        :param yielding: whether the joints go where forces from outside move them.
+        """
         self._time += period
         hardware, places, whole = self._hardware, self._places, self._duration
         position, velocity = self._start, np.zeros_like(self._velocity)
         acceleration = velocity
-        if whole > 0.0:
+        if self._way is not None:
+            u = min(self._time / whole, 1.0)
+            position = position + self._way * (u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
+            velocity = self._way * (30.0 * u**2 * (1.0 - u)**2 / whole)
+            acceleration = self._way * (60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / whole**2)
+        elif whole > 0.0:
             time = min(self._time, whole)
             position = position + self._velocity * (time - time**2 / (2.0 * whole))
             velocity = self._velocity * (1.0 - time / whole)
             if time < whole:
                 acceleration = -self._velocity / whole
+        elif yielding:
+            velocity = YIELD * hardware.state.velocity[places]
+            position = self._start = hardware.state.position[places] + period * velocity
         for kind in COMMAND_INTERFACES:
             hardware.command.of(kind)[places] = np.nan
             hardware.feedforward.of(kind)[places] = np.nan

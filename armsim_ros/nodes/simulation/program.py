@@ -276,6 +276,8 @@ class SimulationProgram:
             self._simulation_node, self._cell, self._loop, self._dispatcher,
             self._publish_now, self.stop,
         )
+        for nodes in self._robots:
+            nodes.wire(self._world.cups)
         self._create_lockstep_services()
         if self._cameras:
             self._feed = CameraFeed(

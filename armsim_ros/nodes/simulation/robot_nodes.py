@@ -31,7 +31,10 @@ from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
+from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.sim.grippers.signal_wiring import wire_signals
+from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 
@@ -131,6 +134,13 @@ class RobotNodes:
         self._dispatcher = dispatcher
         self._faults = faults
         self._kept: list[Any] = []
+        def new_node(name: str) -> Node:
+            node = time.node(name, namespace=namespace)
+            executor.add_node(node)
+            return node
+
+        self._arm_nodes = ArmNodes(robot, manager, loop, dispatcher, self.node, new_node)
+        self._vendor = endpoints_of(self._arm_nodes)
         self._registry = ControllerRegistry(
             manager,
             ControllerDescriptions(self.node, robot.settings),
@@ -138,6 +148,7 @@ class RobotNodes:
             dispatcher,
             namespace,
             time,
+            self._vendor.open,
         )
         for controller in manager.controllers.values():
             self._registry.add(controller)
@@ -172,10 +183,17 @@ class RobotNodes:
         ControllerManagerQueries(node, manager, settings.update_rate)
         ControllerManagerServices(node, manager, self._registry, self._dispatcher)
         self._activity = Activity(node, manager)
-        self._safety = SafetyServices(node, manager, self._loop, self._dispatcher)
+        self._safety = SafetyServices(self._arm_nodes)
+        self._vendor.create()
         self._watch_domain = DomainWatch(node, refuse)
         self._diagnostics = Diagnostics(
             node, name, manager, self._loop, lambda: parameters.settings, self._faults, joints)
+
+    def wire(self, cups: Mapping[str, VacuumControl]) -> None:
+        """Connect inputs and outputs of the arm with suction cups, as its settings have it."""
+        wires = self._robot.settings.simulation.hardware.io
+        for line in wire_signals(self._manager.arm.signals, wires, cups):
+            self.node.get_logger().warning(line)
 
     def controller_states(self) -> Sequence[tuple[str, str]]:
         """Return name and state of each controller."""
@@ -186,6 +204,8 @@ class RobotNodes:
         for side in self._registry.sides:
             if side.opened:
                 side.publish(time_ns)
+        self._vendor.publish(time_ns)
+        self._arm_nodes.check_waiting()
         self._events.drain()
 
     def watch(self, time_ns: int) -> None:
@@ -194,15 +214,18 @@ class RobotNodes:
         self._events.drain()
         self._activity.publish_if_changed(time_ns)
         self._safety.publish_if_changed()
+        self._vendor.publish(time_ns)
+        self._arm_nodes.check_waiting()
         self._watch_domain.look()
 
     @property
     def pending(self) -> int:
         """Goals without a result."""
-        return sum(side.pending for side in self._registry.sides)
+        return self._vendor.pending + sum(side.pending for side in self._registry.sides)
 
     def end(self, sentence: str) -> None:
         """Abort running goals and accept no more; only from the executor's thread."""
+        self._arm_nodes.end(sentence)
         for side in self._registry.sides:
             side.end(sentence)
 

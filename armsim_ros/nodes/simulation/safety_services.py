@@ -5,88 +5,95 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import json
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 from std_msgs.msg import String
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
-from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.arm_state import ArmState, Mode
-from armsim_ros.errors import SimulationError
+from armsim_ros.control.safety.arm_state import Mode, NUMBERS, Safety
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.sim.control_loop import ControlLoop
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.vendors import ArmNodes
+
+try:
+    from industrial_msgs.msg import RobotMode, RobotStatus, TriState
+    HAS_STATUS = True
+except ImportError:  # without its package the topic is left out
+    HAS_STATUS = False
+
+#: A joint that is faster is in motion [rad/s or m/s].
+MOTION = 1e-3
+
+
+class RobotStatusTopic:
+    """``robot_status``, as drivers of ROS-Industrial publish it."""
+
+    def __init__(self, nodes: ArmNodes) -> None:
+        self._nodes = nodes
+        self._publisher = nodes.node.create_publisher(RobotStatus, 'robot_status', 10)
+
+    def publish(self) -> None:
+        """Publish the present state, if it has subscribers."""
+        if not self._publisher.get_subscription_count():
+            return
+        nodes, arm = self._nodes, self._nodes.arm
+        message = RobotStatus(
+            mode=RobotMode(val=RobotMode.AUTO),
+            error_code=NUMBERS[arm.cause.kind] if arm.cause is not None else 0)
+        fill_time(message.header.stamp, nodes.time_ns)
+        velocity = nodes.manager.hardware.state.velocity
+        for field, value in (
+            ('e_stopped', arm.safety is Safety.EMERGENCY_STOP),
+            ('drives_powered', arm.mode is not Mode.POWER_OFF),
+            ('motion_possible', not arm.obstacle),
+            ('in_motion', bool((abs(velocity) > MOTION).any())),
+            ('in_error', arm.stopped),
+        ):
+            setattr(message, field, TriState(val=int(value)))
+        self._publisher.publish(message)
 
 
 class SafetyServices:
     """
     The state of an arm's drives and safety, in the robot's namespace.
 
-    :param node: a node in that namespace.
-    :param manager: whose arm it is.
+    :param nodes: whose arm it is.
     """
 
-    def __init__(
-        self, node: Node, manager: ControllerManager, loop: ControlLoop, dispatcher: Dispatcher
-    ) -> None:
-        self._arm: ArmState = manager.arm
-        self._clock = loop.clock
-        self._work = Work(node, loop, dispatcher)
+    def __init__(self, nodes: ArmNodes) -> None:
+        self._arm = arm = nodes.arm
+        self._nodes = nodes
         self._published = -1
-        self._topic = node.create_publisher(String, 'safety', qos.LATCHED)
-        group = ReentrantCallbackGroup()
-        arm = self._arm
+        self._topic = nodes.node.create_publisher(String, 'safety', qos.LATCHED)
+        self._status = RobotStatusTopic(nodes) if HAS_STATUS else None
         pressed: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
             'protective_stop': (arm.protective_stop, arm.clear_stop),
             'emergency_stop': (arm.emergency_stop, arm.release_emergency_stop),
         }
         for name, (press, release) in pressed.items():
-            node.create_service(SetBool, name, self._switch(press, release),
-                                callback_group=group)
-        triggers: dict[str, Callable[[], Any]] = {
-            'clear_stop': arm.clear_stop,
-            'power_on': lambda: arm.power_to(Mode.RUNNING),
-            'power_off': lambda: arm.power_to(Mode.POWER_OFF),
-        }
-        for name, function in triggers.items():
-            node.create_service(Trigger, name, self._trigger(function), callback_group=group)
+            nodes.service(nodes.node, SetBool, name, partial(self._switch, press, release))
+        nodes.trigger(nodes.node, 'clear_stop', arm.clear_stop)
+        for name, mode in (('power_on', Mode.RUNNING), ('power_off', Mode.POWER_OFF)):
+            nodes.trigger(nodes.node, name, partial(arm.power_to, mode))
         self.publish_if_changed()
 
     def publish_if_changed(self) -> None:
-        """Publish the state if it is another than before."""
+        """Publish the state if it is another than before; called ten times a second."""
         arm = self._arm
+        if self._status is not None:
+            self._status.publish()
         if arm.generation == self._published:
             return
         self._published = arm.generation
         state = {'mode': arm.mode.value, 'safety': arm.safety.value,
                  'cause': '' if arm.cause is None else str(arm.cause),
-                 'since': arm.since_ns * 1e-9}
+                 'since': arm.since_ns * 1e-9, 'program': arm.program.value}
         self._topic.publish(String(data=json.dumps(state)))
 
-    def _switch(self, press: Callable[[], Any], release: Callable[[], Any]) -> Any:
-        async def answer(request: Any, response: Any) -> Any:
-            return await self._answer(press if request.data else release, response)
-        return answer
-
-    def _trigger(self, function: Callable[[], Any]) -> Any:
-        async def answer(_: Any, response: Any) -> Any:
-            return await self._answer(function, response)
-        return answer
-
-    async def _answer(self, function: Callable[[], Any], response: Any) -> Any:
-        """Have the loop call it; a text that it returns is why it was refused."""
-        try:
-            refusal = await self._work.in_loop(lambda: self._call(function))
-        except SimulationError as error:
-            refusal = str(error)
+    def _switch(self, press: Callable[[], Any], release: Callable[[], Any], request: Any,
+                response: Any) -> None:
+        refusal = (press if request.data else release)() or ''
         response.success = not refusal
         response.message = refusal or f'{self._arm.mode.value}, {self._arm.safety.value}'
-        return response
-
-    def _call(self, function: Callable[[], Any]) -> str:
-        self._arm.time_ns = self._clock.now_ns
-        return function() or ''

@@ -66,7 +66,8 @@ class RobotPackage:
         """The file with the robot description."""
         return self._config / f'{self.name}.urdf'
 
-    def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any]) -> None:
+    def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any],
+                       program: str = '') -> None:
         """
         Set which controllers are active from the start, and the pose of the robot.
 
@@ -74,7 +75,8 @@ class RobotPackage:
         """
         self._dump('simulation.yaml', {
             'spawn': list(spawn), 'state_publisher': False,
-            **({'placement': dict(placement)} if placement else {})})
+            **({'placement': dict(placement)} if placement else {}),
+            **({'hardware': {'program': program}} if program else {})})
 
     def add_controllers(self, number: int, text: str) -> Path:
         """Add a file with ros2_control's controllers."""

@@ -61,7 +61,8 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     texts = [file.read_text(encoding='utf-8') for file in arguments.files]
     package.add_simulation(
         spawn=_broadcasters(values) if own.get('joint_states') else (),
-        placement={key: own[key] for key in ('xyz', 'rpy') if key in own})
+        placement={key: own[key] for key in ('xyz', 'rpy') if key in own},
+        program=str(own.get('program', '')))
     controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()

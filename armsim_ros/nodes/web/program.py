@@ -21,6 +21,7 @@ from armsim_ros.nodes.web.parts.motion import MotionPart
 from armsim_ros.nodes.web.parts.objects import ObjectsPart
 from armsim_ros.nodes.web.parts.path import PathPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
+from armsim_ros.nodes.web.parts.safety import SafetyPart
 from armsim_ros.nodes.web.parts.simulation import SimulationPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
 from armsim_ros.packages import Packages
@@ -68,4 +69,5 @@ def page_parts(page: Page, arguments: WebArguments) -> Iterator[Part]:
     yield from (
         robot, watch, goals, paths, MotionPart(page, watch, goals, paths),
         ObjectsPart(page, robot, goals), ControllersPart(page, watch),
-        SimulationPart(page, watch, robot), JogPart(page, watch, goals))
+        SafetyPart(page, watch), SimulationPart(page, watch, robot),
+        JogPart(page, watch, goals))

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -92,6 +94,41 @@ class InverseDynamics:
             self._full[row, columns] = self._full[columns, row] = range(start, start + length)
         self._pair = np.concatenate((self._full, self._full + len(data.M) + 1), axis=1)
         self._node: tuple[bytes, Vector, Vector] = b'', data.M, data.qpos
+        #: Body with a payload, and its own mass, centre and inertia.
+        self._carrier: tuple[int, float, Vector, Vector, Vector] | None = None
+
+    def set_payload(self, body: str, mass: float, centre: Sequence[float]) -> None:
+        """
+        Count with a point mass at a body from now on, in place of the last.
+
+        :param mass: [kg].
+        :param centre: (3,) in the axes of the body [m].
+        """
+        model = self._model
+        parts = model.body_mass, model.body_ipos, model.body_iquat, model.body_inertia
+        if self._carrier is not None:
+            for part, value in zip(parts, self._carrier[1:], strict=True):
+                part[self._carrier[0]] = value
+        place = model.body(body).id
+        own = [np.copy(part[place]) for part in parts]
+        self._carrier = place, float(own[0]), own[1], own[2], own[3]
+        if mass > 0.0:
+            whole = float(own[0]) + mass
+            between = np.asarray(centre) - own[1]
+            axes = np.zeros(9)
+            mujoco.mju_quat2Mat(axes, own[2])
+            inertia = axes.reshape(3, 3) @ np.diag(own[3]) @ axes.reshape(3, 3).T
+            reduced = float(own[0]) * mass / whole
+            inertia += reduced * (between @ between * np.eye(3) - np.outer(between, between))
+            moments, directions = np.linalg.eigh(inertia)
+            directions[:, 2] *= np.sign(np.linalg.det(directions))
+            quat_wxyz = np.zeros(4)
+            mujoco.mju_mat2Quat(quat_wxyz, directions.flatten())
+            model.body_mass[place], model.body_iquat[place] = whole, quat_wxyz
+            model.body_ipos[place] = own[1] + between * (mass / whole)
+            model.body_inertia[place] = np.maximum(moments, 0.0)
+        mujoco.mj_setConst(model, self._data)
+        self._node = b'', *self._node[1:]
 
     def set_gravity(self, gravity: Vector) -> None:
         """Have another gravity from now on (3,) [m/s^2]."""

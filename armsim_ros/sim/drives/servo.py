@@ -117,6 +117,11 @@ class Servo(Restorable):
         self._sort_modes()
         self._follow_inertia()
 
+    def set_payload(self, body: str, mass: float, centre: Sequence[float]) -> None:
+        """Compensate a load from the next step on, see ``InverseDynamics.set_payload``."""
+        self.dynamics.set_payload(body, mass, centre)
+        self._drop_plan()
+
     def scale_gains(self, factor: float) -> None:
         """Multiply p, i and d of all drives by a factor, from the next step on."""
         self.gains.scale(factor)

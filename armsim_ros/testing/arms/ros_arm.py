@@ -4,17 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
+import json
 from pathlib import Path
 import shutil
 from typing import Any
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Empty, Trigger
+from std_msgs.msg import String
+from std_srvs.srv import Empty, SetBool, Trigger
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.clients.controller_manager import ControllerManagerClient
 from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.simulation import SimulationClient
@@ -136,6 +139,43 @@ class RosArm(Arm):
             self.robot.fault(joint, **{**well, **fault})
         except AssertionError as refusal:
             raise ControllerError(str(refusal)) from None
+
+    def protective_stop(self, cause: str = 'injected') -> None:
+        """
+        Stop the arm: goals end, the joints brake and are held until ``clear_stop``.
+
+        :param cause: only ``injected``; a running stack has no service with another.
+        """
+        if cause != 'injected':
+            raise NotImplementedError("causes have names with armsim(mode='inprocess') only")
+        self.robot.client.call(f'{self.robot.namespace}/protective_stop', SetBool,
+                               SetBool.Request(data=True))
+        self._safety(lambda state: state.endswith('_STOP'))
+
+    def clear_stop(self) -> None:
+        """
+        End a protective stop.
+
+        :raises ControllerError: it goes on; with the reason.
+        """
+        answer = self.robot.client.call(f'{self.robot.namespace}/clear_stop', Trigger)
+        if not answer.success:
+            raise ControllerError(answer.message)
+        self._safety(lambda state: not state.endswith('_STOP'))
+
+    @property
+    def safety(self) -> str:
+        """State of the safety of the robot, such as ``NORMAL``."""
+        return self._safety(lambda _: True)
+
+    def _safety(self, matches: Callable[[str], bool]) -> str:
+        """Return the state of the safety once it matches."""
+        def state(message: String) -> str:
+            return str(json.loads(message.data)['safety'])
+        states = self.robot.client.collect(f'{self.robot.namespace}/safety', String, LATCHED)
+        found = state(states.wait_for(lambda message: matches(state(message))))
+        states.close()
+        return found
 
     def _switch(self, controller: str, *, active: bool) -> None:
         """Activate or deactivate a controller."""

@@ -48,6 +48,11 @@ TESTS = f"""
         assert arm.time < 0.5
         with pytest.raises(SimulationError, match='crate'):
             arm.entity('crate')
+        arm.protective_stop()
+        assert arm.safety == 'PROTECTIVE_STOP'
+        assert_rejected(arm, [(1.0, [0.1] * 6)])
+        arm.clear_stop()
+        assert arm.safety == 'NORMAL'
 
     @pytest.mark.armsim(robot={str(HAND)!r}, mode='process')
     def test_holds_and_lets_go(arm, request):

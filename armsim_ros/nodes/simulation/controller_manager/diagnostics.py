@@ -59,7 +59,8 @@ class Diagnostics:
         self._warn_of_overruns()
         if not self._publisher.get_subscription_count():
             return
-        message = DiagnosticArray(status=[self._controllers(), self._hardware(), self._pace()])
+        message = DiagnosticArray(status=[
+            self._controllers(), self._hardware(), self._pace(), self._safety()])
         if self._faults is not None:
             message.status.append(self._injected(self._faults))
         fill_time(message.header.stamp, self._loop.clock.now_ns)
@@ -96,6 +97,14 @@ class Diagnostics:
         text = 'All hardware components are active' if len(active) == len(states) else (
             'Not all hardware components are active')
         return self._status('Hardware Components Activity', text, states)
+
+    def _safety(self) -> DiagnosticStatus:
+        arm = self._manager.arm
+        level = _ERROR if arm.stopped else _WARN if arm.obstacle else _OK
+        cause = '' if arm.cause is None else str(arm.cause)
+        return self._status('Arm Safety', arm.obstacle or 'The arm takes commands', {
+            'mode': arm.mode.value, 'safety': arm.safety.value, 'program': arm.program.value,
+            'cause': cause}, level)
 
     def _injected(self, faults: FaultInjector) -> DiagnosticStatus:
         active = {

@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from rclpy.executors import Executor
+from rclpy.node import Node
 
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.manager.controller_manager import ControllerManager
@@ -29,6 +30,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     :param descriptions: find the settings of a controller that is to be loaded.
     :param executor: serves their nodes.
     :param namespace: where their nodes live.
+    :param opened: gets each controller and its node once its own endpoints exist.
     """
 
     def __init__(
@@ -39,7 +41,9 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         dispatcher: Dispatcher,
         namespace: str,
         time: SimTime,
+        opened: Callable[[Controller[Any], Node], object],
     ) -> None:
+        self._opened = opened
         self._time = time
         self._manager = manager
         self._descriptions = descriptions
@@ -83,8 +87,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         side = create_controller_node(controller, node, self._dispatcher)
         self._sides = {**self._sides, controller.name: side}
         self._executor.add_node(node)
-        if side.due:
-            side.open()
+        self._open(side)
         return side
 
     def configure(self, name: str) -> None:
@@ -99,8 +102,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     def open_due(self) -> None:
         """Create the endpoints of controllers whose time has come; in the executor's thread."""
         for side in self._sides.values():
-            if side.due:
-                side.open()
+            self._open(side)
 
     def open_due_soon(self) -> None:
         """
@@ -124,6 +126,11 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
             self._executor.remove_node(side.node)
             self._time.forget(side.node)
             self._dispatcher.post(side.destroy)
+
+    def _open(self, side: ControllerNode) -> None:
+        if side.due:
+            side.open()
+            self._opened(side.controller, side.node)
 
     @property
     def sides(self) -> tuple[ControllerNode, ...]:

@@ -127,7 +127,7 @@ class VacuumGripperServer:
         self._node = node
         self._work = work
         self._gripper = gripper
-        self._control = VacuumControl(
+        self.control = VacuumControl(
             work.loop, gripper, lambda: dispatcher.post(lambda: tell_scene(self._notice)))
         # In a cell the name begins with the namespace.
         own = gripper.name.removeprefix(f'{namespace.strip("/")}/')
@@ -141,11 +141,11 @@ class VacuumGripperServer:
         dispatcher.every(_PERIOD, self._look)
 
     async def _on(self, _: Any, response: Any) -> Any:
-        await self._switched(self._control.on)
+        await self._switched(self.control.on)
         return response
 
     async def _off(self, _: Any, response: Any) -> Any:
-        await self._switched(self._control.off)
+        await self._switched(self.control.off)
         return response
 
     async def _switched(self, switch: Any) -> None:

@@ -157,13 +157,15 @@ class WorldServer:
                 fingers.held if everyone else None)
             self.resetting.followers.append(self._mirror.begin_anew)
             tell_scene = self._mirror.tell_now
-        self._grippers = [
+        grippers_of_robots = [
             VacuumGripperServer(
                 node, work, dispatcher, robot.settings.namespace, gripper, tell_scene)
             for robot in cell.robots
             for gripper in loop.simulation.vacuum_grippers.values()
             if gripper.settings.link in robot.model.links
         ]
+        #: Suction cup -> what switches it.
+        self.cups = {server.control.gripper.name: server.control for server in grippers_of_robots}
         self._finger_topics = [
             GripperContacts(
                 node, loop, dispatcher, robot.settings.namespace, gripper, fingers)

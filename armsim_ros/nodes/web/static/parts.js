@@ -145,6 +145,20 @@ function nearestSpeed(factor) {
   return SPEEDS.reduce((best, one, index) => (distance(one) < distance(SPEEDS[best]) ? index : best), 0);
 }
 
+function setUpSafety() {
+  on('safety', ({ safety }) => {
+    $('part-safety').hidden = !safety.length;
+    $('safety').replaceChildren(...safety.map((one) => {
+      const stopped = one.safety !== 'NORMAL' && one.safety !== 'REDUCED';
+      const button = (label, what, disabled) => make('button', { type: 'button', disabled, 'data-safety': what, onclick: () => ask('safety', { arm: one.arm, what }) }, label);
+      return make('div', { class: 'item' },
+        make('div', { class: 'name' }, make('span', {}, `${one.safety.replaceAll('_', ' ').toLowerCase()}, ${one.mode}`), make('span', { class: 'dim' }, one.arm)),
+        one.cause ? make('div', { class: 'dim' }, one.cause) : null,
+        make('div', { class: 'buttons' }, button('Stop', 'stop', stopped), button('Clear', 'clear', !stopped)));
+    }));
+  });
+}
+
 function setUpSimulation() {
   on('simulation', ({ simulation }) => {
     $('part-simulation').hidden = !simulation;
@@ -219,6 +233,7 @@ function setUpJog() {
 export function setUpParts() {
   setUpScene();
   setUpControllers();
+  setUpSafety();
   setUpSimulation();
   setUpJog();
 }

@@ -1,0 +1,198 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+An arm that takes commands while a program runs on it, at the pace of a speed slider.
+
+As ur_robot_driver: ``controller_stopper.cpp`` (robotRunningCallback, findAndStopControllers),
+``hardware_interface.cpp`` (read: speed_scaling_combined, PausingState) and
+``scaled_joint_trajectory_controller``.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from armsim_ros.control.mailbox import GoalStatus
+from armsim_ros.control.safety.arm_state import Mode
+from armsim_ros.stack import ArmSim
+from armsim_ros.trajectory import JointTrajectory
+
+JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
+ARM, SCALED = 'arm_joint_controller', 'scaled_joint_trajectory_controller'
+PACE = 'speed_scaling/speed_scaling_factor'
+
+
+@pytest.fixture
+def sim():
+    """Return an arm of Universal Robots with a scaled controller beside its own."""
+    sim = ArmSim('sunday', overrides={'simulation.hardware.vendor': 'ur'})
+    sim.manager.load(SimpleNamespace(
+        name=SCALED, type='ur_controllers/ScaledJointTrajectoryController', parameters={
+            'joints': JOINTS, 'command_interfaces': ['position'],
+            'state_interfaces': ['position', 'velocity'],
+            'speed_scaling_interface_name': PACE}))
+    sim.manager.configure(SCALED)
+    return sim
+
+
+def states(sim):
+    """Return controller -> its state."""
+    return {info.name: info.state for info in sim.manager.list_controllers()}
+
+
+def positions(sim):
+    """Return where the arm's joints are (6,)."""
+    return np.array([sim.joint_positions[name] for name in JOINTS])
+
+
+def swing(sim, controller, duration=1.0):
+    """Send a motion of all joints by 0.5 rad; return the goal."""
+    here = positions(sim)
+    there = here + np.where(here > 0.0, -0.5, 0.5)
+    goal = sim.manager.controllers[controller].send_goal(JointTrajectory(
+        JOINTS, np.array([duration]), there[None], np.zeros((1, 6)))).goal
+    assert goal is not None
+    return goal
+
+
+def path(sim, controller):
+    """Return how long a motion takes [s], and where the joints were in each of its steps."""
+    goal, start, found = swing(sim, controller), sim.time, []
+    while not goal.done:
+        sim.step()
+        found.append(positions(sim))
+    assert goal.status is GoalStatus.SUCCEEDED, goal.result
+    return sim.time - start, np.array(found)
+
+
+def farthest(found, wanted):
+    """Return how far a path is from the nearest points of another [rad]."""
+    return max(np.abs(wanted - point).max(axis=1).min() for point in found)
+
+
+@pytest.mark.parametrize('end', ['stop_program', 'protective_stop', 'power_off'])
+def test_without_its_program_the_arm_has_no_active_controllers(sim, end):
+    """The arm's controllers are inactive until the program runs; the others stay active."""
+    goal = swing(sim, ARM)
+    sim.run_until(sim.time + 0.4)
+    before = states(sim)
+    if end == 'power_off':
+        sim.manager.arm.power_to(Mode.POWER_OFF)
+    else:
+        getattr(sim.manager.arm, end)()
+    sim.step(100)
+    assert goal.status is GoalStatus.ABORTED
+    assert states(sim) == {**before, ARM: 'inactive'}
+    assert not sim.manager.controllers[ARM].send_goal(goal.trajectory).accepted
+    rest = positions(sim)
+    sim.run_until(sim.time + 5.0)
+    sim.clear_stop()
+    sim.manager.arm.power_to(Mode.RUNNING)
+    sim.run_until(sim.time + 4.0)
+    assert states(sim)[ARM] == 'inactive'
+    assert sim.manager.arm.play() == ''
+    sim.run_until(sim.time + 0.5)
+    assert states(sim) == before
+    assert np.abs(positions(sim) - rest).max() < 0.2
+    sim.execute(JointTrajectory(JOINTS, np.array([1.0]), rest[None], np.zeros((1, 6))))
+
+
+def test_what_becomes_active_before_the_program_runs_is_set_aside():
+    """With a program that is to be played first, controllers wait inactive for it."""
+    sim = ArmSim('sunday', overrides={
+        'simulation.hardware.vendor': 'ur', 'simulation.hardware.program': 'STOPPED'})
+    sim.step(20)
+    assert states(sim)[ARM] == 'inactive'
+    sim.manager.request_switch([ARM])
+    sim.step(20)
+    assert states(sim)[ARM] == 'inactive'
+    sim.manager.arm.play()
+    sim.step(20)
+    assert states(sim)[ARM] == 'active'
+
+
+def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
+    """The scaled controller's time goes at the pace of the slider; another ignores it."""
+    assert sim.manager.switch([SCALED], [ARM]).ok
+    sim.step(20)
+    full, wanted = path(sim, SCALED)
+    assert sim.manager.arm.set_slider(0.5) == ''
+    half, found = path(sim, SCALED)
+    assert half / full == pytest.approx(2.0, abs=0.02)
+    assert farthest(found[::10], wanted) < 1e-3
+    assert sim.manager.switch([ARM], [SCALED]).ok
+    sim.step(20)
+    assert path(sim, ARM)[0] == pytest.approx(full, abs=0.02)
+
+
+@pytest.mark.parametrize('fraction', [0.0, 0.009, 1.01, float('nan')])
+def test_a_slider_outside_of_its_range_is_refused(sim, fraction):
+    """A refused fraction names the range and changes nothing."""
+    assert '0.01 to 1.0' in sim.manager.arm.set_slider(fraction)
+    assert sim.manager.hardware.given_states[PACE] == 1.0
+
+
+def test_a_pause_lets_the_goal_wait(sim):
+    """A pause stops the trajectory on its path at once; play lets it go on within a second."""
+    assert sim.manager.switch([SCALED], [ARM]).ok
+    sim.step(20)
+    _, wanted = path(sim, SCALED)
+    goal = swing(sim, SCALED)
+    sim.run_until(sim.time + 0.5)
+    assert sim.manager.arm.pause() == ''
+    sim.run_until(sim.time + 0.5)
+    rest = positions(sim)
+    sim.run_until(sim.time + 2.0)
+    assert not goal.done
+    assert np.abs(positions(sim) - rest).max() < 1e-3
+    assert sim.manager.hardware.given_states[PACE] == 0.0
+    assert sim.manager.arm.play() == ''
+    sim.run_until(sim.time + 1.0)
+    assert sim.manager.hardware.given_states[PACE] == 1.0
+    sim.run_until(lambda: goal.done)
+    assert goal.status is GoalStatus.SUCCEEDED
+    assert farthest([rest], wanted) < 0.02
+
+
+def test_freedrive_gives_way_and_holds_when_it_ends(sim):
+    """In freedrive a push moves the arm, which does not sink; afterwards it is held."""
+    arm, start = sim.manager.arm, positions(sim)
+    arm.set_freedrive(True)
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - start).max() < 5e-3
+    sim.simulation.apply_wrench('link_6', force=(0.0, 30.0, 0.0))
+    sim.run_until(sim.time + 0.5)
+    sim.simulation.apply_wrench('link_6')
+    assert np.abs(positions(sim) - start).max() > 0.1
+    arm.set_freedrive(False)
+    sim.run_until(sim.time + 0.5)
+    rest = positions(sim)
+    sim.simulation.apply_wrench('link_6', force=(0.0, 30.0, 0.0))
+    sim.run_until(sim.time + 0.5)
+    assert np.abs(positions(sim) - rest).max() < 0.02
+
+
+def test_a_payload_is_what_the_drives_believe(sim):
+    """A payload that is not there pushes the held arm upwards; taken back, it does not."""
+    start = positions(sim)
+    sim.simulation.set_payload('link_6', 2.0, (0.0, 0.0, 0.05))
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - start).max() > 5e-4
+    sim.simulation.set_payload('link_6', 0.0, (0.0, 0.0, 0.0))
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - start).max() < 1e-4
+
+
+def test_a_reset_restores_slider_outputs_and_program(sim):
+    """After a reset the arm is as at the start."""
+    arm = sim.manager.arm
+    arm.set_slider(0.3)
+    arm.signals.set('digital_out_2', 1.0)
+    arm.stop_program()
+    sim.step(20)
+    sim.loop.restart('the simulation was reset')
+    sim.step(20)
+    assert (arm.slider, arm.signals.get('digital_out_2')) == (1.0, 0.0)
+    assert states(sim)[ARM] == 'active'
+    sim.execute(JointTrajectory(JOINTS, np.array([1.0]), positions(sim)[None] * 0.9))

@@ -1,0 +1,214 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Answers of Universal Robots' endpoints, without a middleware between client and arm.
+
+As ``gpio_controller.cpp`` (setIO, setSpeedSlider) and ``dashboard_client_ros.cpp``
+(initServices, handleSafetyModeQuery) of ur_robot_driver.
+"""
+
+from types import SimpleNamespace
+
+import pytest
+
+from armsim_ros.nodes.vendors.universal_robots.dashboard import Dashboard
+from armsim_ros.nodes.vendors.universal_robots.io_and_status import IoAndStatus
+from armsim_ros.nodes.vendors.universal_robots.modes import headless
+from armsim_ros.nodes.vendors.universal_robots.urscript import read_script, ScriptError
+from armsim_ros.stack import ArmSim
+
+
+class Node:
+    """Takes endpoints and keeps nothing."""
+
+    def __getattr__(self, _):
+        return lambda *_, **__: SimpleNamespace(
+            publish=lambda _: None, error=lambda _: None, info=lambda _: None)
+
+
+class Nodes:
+    """The services that endpoints create, to be called directly."""
+
+    def __init__(self, sim):
+        self.robot = SimpleNamespace(model=sim.model)
+        self.manager, self.loop, self.arm = sim.manager, sim.loop, sim.manager.arm
+        self.services = {}
+        self._sim = sim
+
+    def new_node(self, _):
+        return Node()
+
+    def service(self, _, kind, name, answer):
+        self.services[name.removeprefix('~/')] = kind, answer
+
+    def trigger(self, _, name, function, done=''):
+        self.services[name.removeprefix('~/')] = None, (function, done)
+
+    def set_payload(self, mass, centre):
+        return ''
+
+    def call(self, name, **request):
+        """Call a service between two steps; return the response, of a Trigger its message."""
+        kind, answer = self.services[name]
+        self.arm.time_ns = self._sim.loop.clock.now_ns
+        if kind is None:
+            function, done = answer
+            refusal = function()
+            found = SimpleNamespace(success=not refusal, message=refusal or done)
+        else:
+            found = kind.Response()
+            answer(kind.Request(**request), found)
+        self._sim.step(20)
+        return found
+
+
+@pytest.fixture
+def sim():
+    """Return an arm of Universal Robots."""
+    return ArmSim('sunday', overrides={'simulation.hardware.vendor': 'ur'})
+
+
+@pytest.fixture
+def nodes(sim):
+    """Return its endpoints."""
+    nodes = Nodes(sim)
+    Dashboard(nodes)
+    return nodes
+
+
+@pytest.fixture
+def io(nodes):
+    """Return its endpoints, with an io controller whose state a test may set."""
+    controller = SimpleNamespace(active=True)
+    nodes.controller = controller
+    nodes.io = IoAndStatus(nodes, controller, Node())
+    return nodes
+
+
+def test_modes_pass_one_by_one(sim, nodes):
+    """Each mode takes its time; the program runs only once the brakes are released."""
+    seen = []
+    assert nodes.call('power_off').message == 'Powering off'
+    for command, answer in (('power_on', 'Powering on'), ('brake_release', 'Brake releasing')):
+        assert nodes.call(command).message == answer
+        for _ in range(30):
+            sim.run_until(sim.time + 0.1)
+            seen.append(nodes.call('get_robot_mode').robot_mode.mode)
+    assert sorted(set(seen)) == [3, 4, 5, 7]
+    assert seen == sorted(seen)
+    assert nodes.call('program_state').state.state == 'STOPPED'
+    assert nodes.call('play').message == 'Starting program'
+    assert nodes.call('program_running').program_running
+
+
+def test_a_protective_stop_is_unlocked_after_five_seconds(sim, nodes):
+    """Too early it is refused with the text of the dashboard; afterwards nothing plays."""
+    sim.protective_stop()
+    sim.step(20)
+    mode = nodes.call('get_safety_mode')
+    assert (mode.safety_mode.mode, mode.answer) == (3, 'Safetymode: PROTECTIVE_STOP')
+    early = nodes.call('unlock_protective_stop')
+    assert not early.success
+    assert '5s' in early.message
+    assert not nodes.call('play').success
+    sim.run_until(sim.time + 5.0)
+    assert nodes.call('unlock_protective_stop').message == 'Protective stop releasing'
+    assert nodes.call('get_safety_mode').answer == 'Safetymode: NORMAL'
+    assert nodes.call('play').success
+
+
+def test_an_emergency_stop_leaves_the_power_off(sim, nodes):
+    """Pressed, it refuses power; released, the arm is to be powered up."""
+    sim.manager.arm.emergency_stop()
+    sim.step(20)
+    assert nodes.call('get_safety_mode').safety_mode.mode == 7
+    assert not nodes.call('power_on').success
+    sim.manager.arm.release_emergency_stop()
+    sim.step(20)
+    assert nodes.call('get_robot_mode').robot_mode.mode == 3
+    assert nodes.call('brake_release').success
+    sim.run_until(sim.time + 3.5)
+    assert nodes.call('play').success
+
+
+def test_raw_requests_are_those_of_the_services(nodes):
+    """A command as text does what its service does; an unknown one is not understood."""
+    ask = lambda query: nodes.call('raw_request', query=query).answer  # noqa: E731
+    assert ask('robotmode') == 'Robotmode: RUNNING'
+    assert ask('pause\n') == 'Pausing program'
+    assert ask('programState') == 'PAUSED external_control.urp'
+    assert ask('stop') == 'Stopped'
+    assert 'could not understand' in ask('dance')
+    assert not nodes.call('load_program', filename='notes.txt').success
+    assert nodes.call('load_program', filename='/programs/pick.urp').success
+    assert nodes.call('get_loaded_program').program_name == '/programs/pick.urp'
+
+
+@pytest.mark.parametrize(('request_', 'signal'), [
+    ({'fun': 1, 'pin': 17, 'state': 1.0}, 'digital_out_17'),
+    ({'fun': 3, 'pin': 1, 'state': 0.5}, 'analog_out_1'),
+    ({'fun': 4, 'pin': 0, 'state': 24.0}, 'tool_voltage'),
+])
+def test_an_output_is_set(io, request_, signal):
+    """Outputs have the state that was set."""
+    assert io.call('set_io', **request_).success
+    assert io.arm.signals.get(signal) == request_['state']
+
+
+@pytest.mark.parametrize('request_', [
+    {'fun': 1, 'pin': 18, 'state': 1.0}, {'fun': 1, 'pin': -1, 'state': 1.0},
+    {'fun': 2, 'pin': 0, 'state': 1.0}, {'fun': 3, 'pin': 2, 'state': 1.0},
+    {'fun': 4, 'pin': 0, 'state': 5.0}])
+def test_an_output_that_there_is_not_is_refused(io, request_):
+    """Other functions, pins and voltages fail."""
+    assert not io.call('set_io', **request_).success
+
+
+def test_an_inactive_controller_refuses_everything(io):
+    """Services fail and change nothing while the controller is not active."""
+    io.controller.active = False
+    assert not io.call('set_io', fun=1, pin=1, state=1.0).success
+    assert not io.call('set_speed_slider', speed_slider_fraction=0.5).success
+    assert not io.call('hand_back_control').success
+    assert (io.arm.signals.get('digital_out_1'), io.arm.slider) == (0.0, 1.0)
+
+
+def test_the_slider_and_control(io, sim):
+    """The slider keeps to its range; control that is handed back stops the program."""
+    assert io.call('set_speed_slider', speed_slider_fraction=0.01).success
+    assert not io.call('set_speed_slider', speed_slider_fraction=0.0).success
+    assert io.arm.slider == 0.01
+    assert io.call('hand_back_control').success
+    assert 'program does not run' in io.arm.obstacle
+    assert not io.call('resend_robot_program').success  # without headless_mode
+
+
+def test_headless_mode_is_the_drivers():
+    """``headless_mode`` of the hardware lets the program be sent."""
+    text = ('<robot name="a"><ros2_control name="a" type="system"><hardware>'
+            '<param name="headless_mode">{}</param></hardware></ros2_control></robot>')
+    assert headless(text.format('true'))
+    assert not headless(text.format('false'))
+    assert not headless('<robot name="a"/>')
+
+
+def test_a_script_is_read_with_its_arguments():
+    """Positions, names and defaults of arguments are those of URScript."""
+    secondary, commands = read_script(
+        'def f():\n  set_digital_out(3, True)  # valve\n  movej([0, 1], a=2.0)\n  sleep(0.5)\n'
+        'end\nf()\n', 2)
+    assert not secondary
+    assert [command.name for command in commands] == ['set_digital_out', 'movej', 'sleep']
+    assert commands[1].arguments == {'q': [0, 1], 'a': 2.0, 'v': 1.05, 't': 0.0, 'r': 0.0}
+    assert read_script('sec s():\n textmsg("a", "b")\nend', 2)[0]
+
+
+@pytest.mark.parametrize(('script', 'line'), [
+    ('movel(p[0, 0, 0, 0, 0, 0])', 1), ('movej(p[0, 0, 0, 0, 0, 0])', 1),
+    ('textmsg("a")\nmovej([0, 1, 2])', 2), ('set_digital_out(18, True)', 1),
+    ('sec s():\nmovej([0, 1])\nend', 2), ('sleep(-1)', 1), ('x = 3', 1),
+    ('movej([0, 1], b=2)', 1), ('set_tool_voltage(5)', 1), ('set_digital_out(f(), 1)', 1)])
+def test_what_is_not_simulated_is_an_error_with_its_line(script, line):
+    """A script with anything else is refused as a whole."""
+    with pytest.raises(ScriptError, match=f'line {line}, '):
+        read_script(script, 2)
