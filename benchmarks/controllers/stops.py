@@ -29,7 +29,8 @@ class Subject:
     """
 
     def __init__(self, vendor: str) -> None:
-        self.sim = sim = ArmSim('sunday', overrides={'simulation.hardware.vendor': vendor or 'none'})
+        self.sim = sim = ArmSim(
+            'sunday', overrides={'simulation.hardware.vendor': vendor or 'none'})
         self.joints = sim.manager.controllers[ARM].joints  # type: ignore[attr-defined]
         if vendor:
             sim.manager.load(SimpleNamespace(
