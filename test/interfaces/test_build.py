@@ -60,7 +60,7 @@ def test_ros_is_not_shadowed(packages, make_prefix):
     prefix, environ = make_prefix('control_msgs', 'tf2_msgs')
     chosen, provided = select(packages, environ)
     assert provided == {'control_msgs': prefix, 'tf2_msgs': prefix}
-    assert len(chosen) == 8
+    assert len(chosen) == 12
     assert not {'control_msgs', 'tf2_msgs'} & set(names_of(chosen))
 
 

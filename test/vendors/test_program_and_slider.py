@@ -155,6 +155,30 @@ def test_a_pause_lets_the_goal_wait(sim):
     assert farthest([rest], wanted) < 0.02
 
 
+def test_a_stop_ends_a_motion_of_a_script(sim):
+    """A script moves the arm without its controllers; a stop brakes that motion, too."""
+    arm, start = sim.manager.arm, positions(sim)
+    arm.stop_program()
+    sim.step(20)
+    sim.manager.stops.move(list(start + 0.5), 1.0, 1.4)
+    sim.run_until(sim.time + 0.6)
+    moved = positions(sim)
+    sim.protective_stop()
+    sim.run_until(sim.time + 0.5)
+    rest = positions(sim)
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - rest).max() < 1e-3
+    assert (rest - moved).min() > 1e-3
+    assert (start + 0.5 - rest).min() > 0.05
+    sim.run_until(sim.time + 4.0)
+    sim.clear_stop()
+    sim.step(20)
+    sim.manager.stops.move(list(start), 1.0, 1.4)
+    sim.run_until(lambda: sim.manager.stops.at_rest)
+    sim.run_until(sim.time + 0.1)
+    assert np.abs(positions(sim) - start).max() < 1e-3
+
+
 def test_freedrive_gives_way_and_holds_when_it_ends(sim):
     """In freedrive a push moves the arm, which does not sink; afterwards it is held."""
     arm, start = sim.manager.arm, positions(sim)

@@ -113,6 +113,8 @@ class ArmStop:
         elif reason:
             self.reason = reason
             self._set_controllers_aside()
+            if self._braking is not None and not arm.moves:
+                self._braking.halt()
 
     def holds(self, controller: Controller[Any]) -> bool:
         """Return whether a controller is not updated now."""

@@ -79,9 +79,14 @@ class Braking:
         if not measured:
             near = self._near()
             self._start[near] = hardware.command.position[places][near]
-        self._velocity = velocity
+        self._velocity, self._way = velocity, None
         longest = float(np.max(np.abs(velocity) / self._limits, initial=0.0))
         self._duration, self._time = min(longest, LONGEST_STOP), 0.0
+
+    def halt(self) -> None:
+        """Slow down whatever moves the stopped arm."""
+        yields = self._way is None and self.at_rest
+        self.begin(self.measure(measured=yields), measured=yields)
 
     def move(self, targets: Sequence[float] | None, speed: float, acceleration: float,
              duration: float) -> None:

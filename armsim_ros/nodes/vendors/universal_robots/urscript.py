@@ -16,6 +16,7 @@ from typing import Any
 
 from std_msgs.msg import String
 
+from armsim_ros.control.safety.arm_state import Program
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
 
@@ -168,9 +169,15 @@ class UrScript:
             end_ns = nodes.time_ns + round(given['t'] * 1e9)
             await nodes.until(lambda: nodes.time_ns >= end_ns)
         else:
-            if not arm.moves:
-                raise ScriptError(f'{command.name}: {arm.obstacle}')
+            self._check_control(command)
             targets = given['q'] if command.name == 'movej' else None
             await nodes.change(lambda: stops.move(
                 targets, given.get('v', 0.0), given['a'], given.get('t', 0.0)))
             await nodes.until(lambda: stops.at_rest)
+            self._check_control(command)
+
+    def _check_control(self, command: Command) -> None:
+        """Raise where a stop, or the program, has taken the arm from the script."""
+        arm = self._nodes.arm
+        if not arm.moves or arm.program is not Program.STOPPED:
+            raise ScriptError(f'{command.name}: {arm.obstacle or "the program has control"}')
