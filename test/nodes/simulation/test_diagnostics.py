@@ -11,6 +11,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
+from armsim_ros.control.events import EventQueue
+from armsim_ros.control.manager.controller_manager import any_arm
 from armsim_ros.nodes.simulation.controller_manager.diagnostics import Diagnostics
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.pacer import PaceStatistics
@@ -25,6 +27,7 @@ class Stage:
         self.pace, self.dropped_ns = 1.0, 0
         self.controllers, self.hardware = {'arm': 'active'}, {'Arm': 'active'}
         self.parameters = ControllerManagerParameters(update_rate=100)
+        self.arm = any_arm(EventQueue('arm'), lambda: None)
         self.sent: list[Any] = []
         self.lines: list[str] = []
         publisher = SimpleNamespace(
@@ -35,7 +38,7 @@ class Stage:
             get_logger=lambda: SimpleNamespace(warning=self.lines.append))
         manager: Any = SimpleNamespace(
             list_controllers=lambda: self.states(self.controllers),
-            list_hardware_components=lambda: self.states(self.hardware))
+            list_hardware_components=lambda: self.states(self.hardware), arm=self.arm)
         loop: Any = SimpleNamespace(
             clock=SimClock(1_000_000), has_priority=False,
             statistics=lambda: PaceStatistics(1, 0, 0, 0, 0, self.dropped_ns, self.pace))
@@ -117,3 +120,12 @@ def test_levels_of_controllers_and_hardware(
     found = stage.published()
     assert found['Controllers Activity'].level == levels[0]
     assert found['Hardware Components Activity'].level == levels[1]
+
+
+def test_a_stopped_arm_is_an_error_with_its_cause(stage: Stage) -> None:
+    """The safety of the arm is reported, a stop as an error."""
+    assert stage.published()['Arm Safety'].level == DiagnosticStatus.OK
+    stage.arm.protective_stop()
+    status = stage.published()['Arm Safety']
+    assert (status.level, status.message) == (
+        DiagnosticStatus.ERROR, 'protective stop: injected')

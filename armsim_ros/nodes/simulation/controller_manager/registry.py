@@ -41,7 +41,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         dispatcher: Dispatcher,
         namespace: str,
         time: SimTime,
-        opened: Callable[[Controller[Any], Node], object],
+        opened: Callable[[Controller[Any], Node], object] = lambda *_: None,
     ) -> None:
         self._opened = opened
         self._time = time
