@@ -39,7 +39,7 @@ def simulation(folder, vendor):
 def press(client, button, pressed=True):
     """Press or release a button."""
     request = SetBool.Request(data=pressed)
-    assert client.call(f'/{button}', SetBool, request, timeout=60.0).success
+    assert client.call(f'/hand/{button}', SetBool, request, timeout=60.0).success
 
 
 def test_the_example_of_the_page_gives_an_arm_its_endpoints(tmp_path):
@@ -49,12 +49,12 @@ def test_the_example_of_the_page_gives_an_arm_its_endpoints(tmp_path):
     assert len(block.text.splitlines()) <= 36
     (tmp_path / 'my_vendor.py').write_text(block.text)
     with simulation(tmp_path, 'my_vendor') as client:
-        assert client.call('/my_driver/open_valve', Trigger, timeout=60.0).success
-        client.collect('/my_driver/valve', Bool).wait_for(lambda message: message.data)
+        assert client.call('/hand/my_driver/open_valve', Trigger, timeout=60.0).success
+        client.collect('/hand/my_driver/valve', Bool).wait_for(lambda message: message.data)
         press(client, 'protective_stop')
-        refused = client.call('/my_driver/open_valve', Trigger)
+        refused = client.call('/hand/my_driver/open_valve', Trigger)
         assert (refused.success, refused.message) == (False, 'protective stop: injected')
-        assert '2 s after' in client.call('/clear_stop', Trigger).message
+        assert '2 s after' in client.call('/hand/clear_stop', Trigger).message
 
 
 def test_error_recovery_clears_a_reflex(tmp_path):
@@ -74,6 +74,6 @@ def test_error_recovery_clears_a_reflex(tmp_path):
 
 def recovered(client):
     """Recover; return the status of the goal."""
-    run = client.goal(ErrorRecovery, '/action_server/error_recovery', ErrorRecovery.Goal())
+    run = client.goal(ErrorRecovery, '/hand/action_server/error_recovery', ErrorRecovery.Goal())
     assert client.result(run.accepted)
     return client.result(run.result).status

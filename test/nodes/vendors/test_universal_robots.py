@@ -50,13 +50,20 @@ class Arm(ClientNode):
         answer = self.call('/controller_manager/list_controllers', ListControllers)
         return {entry.name: entry.state for entry in answer.controller}
 
+    def wait_for_state(self, state):
+        """Wait until the scaled controller is in a state."""
+        while self.states()[SCALED] != state:
+            self.settle()
+
     def run(self):
-        """Have the program run, whatever was before; return the result of set_mode."""
+        """Have the program run, whatever was before."""
         self.call('/emergency_stop', SetBool, SetBool.Request(data=False))
         self.trigger('/clear_stop')
         goal = self.goal(SetMode, '/ur_robot_state_helper/set_mode', SetMode.Goal(
             target_robot_mode=RobotMode.RUNNING, stop_program=False, play_program=True))
-        return self.result(goal.result, 30.0)
+        found = self.result(goal.result, 30.0)
+        assert found.result.success, found.result
+        self.wait_for_state('active')
 
 
 @pytest.fixture(scope='module')
@@ -81,7 +88,7 @@ def stack():
 def arm(stack):
     """Return a client of an arm whose program runs."""
     arm = stack[0]
-    assert arm.run().result.success
+    arm.run()
     return arm
 
 
@@ -167,16 +174,18 @@ def test_a_protective_stop_is_unlocked_after_five_seconds(arm):
     state = arm.call(f'{DASHBOARD}/program_state', GetProgramState)
     assert state.state.state == 'STOPPED'
     assert arm.trigger(f'{DASHBOARD}/play').message == 'Starting program'
-    assert arm.states()[SCALED] == 'active'
+    arm.wait_for_state('active')
 
 
 def test_control_that_is_handed_back_deactivates_what_moves_the_arm(arm):
     """hand_back_control stops the program; without headless_mode it cannot be sent again."""
     before = arm.states()
     assert arm.trigger(f'{IO}/hand_back_control').success
+    arm.wait_for_state('inactive')
     assert {name for name, state in arm.states().items() if state != before[name]} == {SCALED}
     assert not arm.trigger(f'{IO}/resend_robot_program').success
     assert arm.trigger(f'{DASHBOARD}/play').success
+    arm.wait_for_state('active')
     assert arm.states() == before
 
 
