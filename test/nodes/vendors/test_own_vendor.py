@@ -47,14 +47,14 @@ def test_the_example_of_the_page_gives_an_arm_its_endpoints(tmp_path):
     (block,) = (block for block in blocks(ROOT / 'docs/hardware.md')
                 if block.language == 'python' and 'class MyEndpoints' in block.text)
     assert len(block.text.splitlines()) <= 36
-    (tmp_path / 'my_vendor.py').write_text(block.text)
+    (tmp_path / 'my_vendor.py').write_text(block.text.replace('unlock_delay=2.0', 'unlock_delay=600.0'))
     with simulation(tmp_path, 'my_vendor') as client:
         assert client.call('/hand/my_driver/open_valve', Trigger, timeout=60.0).success
         client.collect('/hand/my_driver/valve', Bool).wait_for(lambda message: message.data)
         press(client, 'protective_stop')
         refused = client.call('/hand/my_driver/open_valve', Trigger)
         assert (refused.success, refused.message) == (False, 'protective stop: injected')
-        assert '2 s after' in client.call('/hand/clear_stop', Trigger).message
+        assert '600 s after' in client.call('/hand/clear_stop', Trigger).message
 
 
 def test_error_recovery_clears_a_reflex(tmp_path):
