@@ -47,7 +47,8 @@ def test_the_example_of_the_page_gives_an_arm_its_endpoints(tmp_path):
     (block,) = (block for block in blocks(ROOT / 'docs/hardware.md')
                 if block.language == 'python' and 'class MyEndpoints' in block.text)
     assert len(block.text.splitlines()) <= 36
-    (tmp_path / 'my_vendor.py').write_text(block.text.replace('unlock_delay=2.0', 'unlock_delay=600.0'))
+    text = block.text.replace('unlock_delay=2.0', 'unlock_delay=600.0')
+    (tmp_path / 'my_vendor.py').write_text(text)
     with simulation(tmp_path, 'my_vendor') as client:
         assert client.call('/hand/my_driver/open_valve', Trigger, timeout=60.0).success
         client.collect('/hand/my_driver/valve', Bool).wait_for(lambda message: message.data)
