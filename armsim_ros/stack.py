@@ -152,6 +152,7 @@ class ArmSim:
             manager.arm.time_ns = self.simulation.time_ns
             if reason := manager.arm.clear_stop():
                 raise ControllerError(f'the stop is not cleared: {reason}')
+            manager.stops.follow(self.simulation.time_ns)
 
     @property
     def safety(self) -> dict[str, str]:

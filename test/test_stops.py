@@ -57,6 +57,16 @@ def test_a_stop_ends_the_goal_with_its_cause(sim):
     assert set(sim.safety.values()) == {'PROTECTIVE_STOP'}
 
 
+def test_goals_are_taken_as_soon_as_the_stop_is_cleared(sim):
+    """Also before the next update."""
+    sim.protective_stop()
+    sim.run_until(sim.time + 0.5)
+    sim.clear_stop()
+    (goal,) = sim.send_trajectory(swing(sim))
+    sim.run_until(sim.time + 2.5)
+    assert goal.status is GoalStatus.SUCCEEDED
+
+
 def test_the_joints_brake_along_the_path_and_rest(sim):
     """The joints keep their ratio of speeds while they slow down, and rest within 0.5 s."""
     start = positions(sim)

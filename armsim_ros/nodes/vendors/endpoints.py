@@ -69,13 +69,15 @@ class ArmNodes:
 
     async def change(self, function: Callable[[], Any]) -> Any:
         """
-        Return the result of a function that may change the arm.
+        Return the result of a function that may change the arm; controllers have followed then.
 
         :raises SimulationError: the simulation ends.
         """
         def call() -> Any:
             self.arm.time_ns = self.time_ns
-            return function()
+            result = function()
+            self.manager.stops.follow(self.time_ns)
+            return result
         return await self._work.in_loop(call)
 
     def service(self, node: Node, kind: Any, name: str,
