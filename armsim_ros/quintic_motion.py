@@ -168,9 +168,9 @@ class QuinticMotion:
         :returns: (n,) [rad/s or m/s] and (n,) [rad/s^2 or m/s^2].
         """
         joints = self.positions.shape[1]
-        rates = np.abs(np.einsum(
-            'xc,scn->sxn', powers(np.linspace(0.0, 1.0, per_part + 1)),
-            self._derivatives[:, :, joints:])).max(axis=(0, 1))
+        rates = np.abs(
+            powers(np.linspace(0.0, 1.0, per_part + 1)) @ self._derivatives[:, :, joints:]
+        ).max(axis=(0, 1))
         return rates[:joints], rates[joints:]
 
     def slowed(self, factor: float) -> QuinticMotion:

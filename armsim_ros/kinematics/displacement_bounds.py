@@ -8,13 +8,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Mask, Matrix, Vector
+from armsim_ros.kinematics.joint_frames import JointFrames, unit_axis
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.robot_model import Joint, JointType
+from armsim_ros.model.robot_model import JointType
 from armsim_ros.model.shape_points import corner_points
 
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3
+#: Error of distances in states [m]: a root of what is left of squares that cancel.
+_ROUNDING = 1e-6
 
 Extent = tuple[float, float]
 """Largest distances [m] from a joint's axis and from its origin."""
@@ -52,8 +55,23 @@ class DisplacementBounds:
         #: (bodies, n) [m/rad] for turning joints, [m/m] for sliding ones.
         self.weights: Matrix = np.array(rows).reshape(len(rows), kinematics.n)
         self._group_rows: dict[str, Matrix] = {}
+        count = int(kinematics.model.njoints)
+        #: (joints, n) the weights of every joint, 0 where it carries nothing.
+        self._of_joints: Matrix = np.zeros((count, kinematics.n))
+        self._of_joints[list(self.bodies)] = self.weights
+        self._alone: Matrix = kinematics.cached(
+            'joints that move a body and not another', lambda: _alone(kinematics))
         #: (joints, joints, n) like the weights, of what a joint carries as another joint sees it.
-        self.relative: Matrix = self._relative()
+        self.relative: Matrix = (
+            self._of_joints[:, None] * self._alone
+            + self._of_joints * self._alone.transpose(1, 0, 2))
+        self._frames: JointFrames = kinematics.cached(
+            'frames of joints', lambda: JointFrames(kinematics))
+        self._centres, self._radii = self._spheres(loads)
+        #: (joints, n, n): 1 where the second is between what the first carries and the axis of
+        #: the third.
+        self._between: Matrix = kinematics.cached(
+            'joints between a body and an axis', lambda: _between(kinematics))
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
         """
@@ -68,27 +86,51 @@ class DisplacementBounds:
             return 0.0
         return float((weights @ np.abs(q2 - q1)).max())
 
-    def _relative(self) -> Matrix:
-        """Leave out the joints that carry both: these do not move relative to each other."""
-        count = int(self._kinematics.model.njoints)
-        weights = np.zeros((count, self._kinematics.n))
-        weights[list(self.bodies)] = self.weights
-        alone: Matrix = self._kinematics.cached(
-            'joints that move a body and not another', self._alone)
-        relative: Matrix = (
-            weights[:, None] * alone + weights[None, :] * alone.transpose(1, 0, 2)
-        )
+    def weights_near(self, states: Matrix, reach: Matrix) -> Matrix:
+        """
+        Return the weights (k, joints, n) of all joints near some states, mostly half of all.
+
+        How far a point is from a joint's axis depends on the joints between the two: it is
+        measured in each state, and cannot grow by more than these joints move the point.
+
+        :param states: (k, n) robot states.
+        :param reach: (k, n) motion of every joint to either side [rad or m] for which it holds.
+        """
+        rotations, origins = self._frames.poses(states)
+        centres = origins + (rotations @ self._centres[..., None])[..., 0]
+        axes = (rotations[:, 1:] @ self._frames.axes[..., None])[..., 0]
+        ways = centres[:, :, None] - origins[:, None, 1:]
+        along = np.einsum('kjna,kna->kjn', ways, axes)
+        squares = np.einsum('kjna,kjna->kjn', ways, ways) - along * along
+        near = np.sqrt(np.maximum(squares, 0.0)) + (self._radii[:, None] + _ROUNDING)
+        # What the joints between an axis and what another joint carries add.
+        moved = (self._of_joints * reach[:, None]).transpose(1, 0, 2)
+        near += (moved @ self._between).transpose(1, 0, 2)
+        near[:, :, self._frames.slides] = 1.0
+        weights: Matrix = np.minimum(near, self._of_joints, out=near)
+        return weights
+
+    def relative_displacement(self, reach: Matrix, weights: Matrix | None = None) -> Matrix:
+        """
+        Return how far (k, joints, joints) [m] what joints carry moves against each other at most.
+
+        :param reach: (k, n) motion of every joint to either side [rad or m].
+        :param weights: (k, joints, n) of :meth:`weights_near`; None for those that hold anywhere.
+        """
+        moved = (self._of_joints if weights is None else weights) * reach[:, None]
+        apart = (moved.transpose(1, 0, 2) @ self._alone.transpose(0, 2, 1)).transpose(1, 0, 2)
+        relative: Matrix = apart + apart.transpose(0, 2, 1)
         return relative
 
-    def _alone(self) -> Matrix:
-        """Return (joints, joints, n): 1 where a joint moves the first and not the second."""
-        model = self._kinematics.model
-        above = np.zeros((int(model.njoints), self._kinematics.n), dtype=bool)
-        for joint in range(1, len(above)):
-            above[joint] = above[int(model.parents[joint])]
-            above[joint, joint - 1] = True
-        alone: Matrix = (above[:, None] & ~above[None, :]).astype(np.float64)
-        return alone
+    def _spheres(self, loads: Mapping[int, Matrix]) -> tuple[Matrix, Vector]:
+        """Return centres (joints, 3) and radii [m] of spheres around what each joint carries."""
+        centres, radii = self._kinematics.cached(
+            'spheres of links', lambda: _link_spheres(self._kinematics))
+        radii = radii.copy()
+        for joint, points in loads.items():
+            away = np.linalg.norm(points - centres[joint], axis=1)
+            radii[joint] = max(radii[joint], float(away.max(initial=0.0)))
+        return centres, radii
 
     def _rows(self, group: str) -> Matrix:
         found = self._group_rows.get(group)
@@ -121,7 +163,7 @@ class DisplacementBounds:
         below: Vector = np.zeros(3)
         while joint:
             description = kinematics.robot.joints[kinematics.names[joint - 1]]
-            from_axis = float(_off_axis(below[None], _axis(description))[0]) + reach
+            from_axis = float(_off_axis(below[None], unit_axis(description))[0]) + reach
             reach += float(np.linalg.norm(below))
             if description.type is JointType.PRISMATIC:
                 weights[joint - 1] = 1.0
@@ -134,11 +176,36 @@ class DisplacementBounds:
         return weights, turning
 
 
+def _above(kinematics: KinematicModel) -> Mask:
+    """Return (joints, n): whether a joint moves what another carries."""
+    model = kinematics.model
+    above = np.zeros((int(model.njoints), kinematics.n), dtype=bool)
+    for joint in range(1, len(above)):
+        above[joint] = above[int(model.parents[joint])]
+        above[joint, joint - 1] = True
+    return above
+
+
+def _between(kinematics: KinematicModel) -> Matrix:
+    """Return (joints, n, n): 1 where the second moves the first and is moved by the third."""
+    above = _above(kinematics)
+    moved = above[1:] & ~np.eye(kinematics.n, dtype=bool)
+    between: Matrix = (above[:, :, None] & moved).astype(np.float64)
+    return between
+
+
+def _alone(kinematics: KinematicModel) -> Matrix:
+    """Return (joints, joints, n): 1 where a joint moves the first and not the second."""
+    above = _above(kinematics)
+    alone: Matrix = (above[:, None] & ~above[None, :]).astype(np.float64)
+    return alone
+
+
 def _extent(kinematics: KinematicModel, body: int, points: Matrix) -> Extent:
     """Return how far points (k, 3) that a joint carries are from it; nothing moves for joint 0."""
     if not body:
         return _NONE
-    axis = _axis(kinematics.robot.joints[kinematics.names[body - 1]])
+    axis = unit_axis(kinematics.robot.joints[kinematics.names[body - 1]])
     return (float(_off_axis(points, axis).max(initial=0.0)),
             float(np.linalg.norm(points, axis=1).max(initial=0.0)))
 
@@ -147,17 +214,22 @@ def _both(first: Extent, other: Extent) -> Extent:
     return max(first[0], other[0]), max(first[1], other[1])
 
 
-def _axis(joint: Joint) -> Vector:
-    axis = np.asarray(joint.axis, dtype=np.float64)
-    unit: Vector = axis / np.linalg.norm(axis)
-    return unit
-
-
 def _off_axis(points: Matrix, axis: Vector) -> Vector:
     """Return the distances (k,) [m] of points (k, 3) from an axis through the origin."""
     along = points @ axis
     off: Vector = np.linalg.norm(points - np.outer(along, axis), axis=1)
     return off
+
+
+def _link_spheres(kinematics: KinematicModel) -> tuple[Matrix, Vector]:
+    """Return centres (joints, 3) and radii [m] of spheres around the links."""
+    count = int(kinematics.model.njoints)
+    centres, radii = np.zeros((count, 3)), np.zeros(count)
+    for joint, points in _link_points(kinematics).items():
+        if len(points):
+            centres[joint] = 0.5 * (points.min(axis=0) + points.max(axis=0))
+            radii[joint] = np.linalg.norm(points - centres[joint], axis=1).max()
+    return centres, radii
 
 
 def _link_points(kinematics: KinematicModel) -> dict[int, Matrix]:

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
 from enum import Enum
 import math
 
@@ -13,23 +11,13 @@ import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.displacement_bounds import DisplacementBounds
-from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll
-from armsim_ros.planning.collision.bodies import (
-    BodyKey,
-    link_shapes,
-    object_shapes,
-    octomap_shapes,
-    only_moved,
-    PlacedShape,
-    points_beside_links,
-    shape_poses,
-)
+from armsim_ros.planning.collision.bodies import BodyKey, points_beside_links
+from armsim_ros.planning.collision.broad_phase import CollisionTest
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
-from armsim_ros.planning.collision.tables import CollisionTables, CollisionTest
+from armsim_ros.planning.collision.scene_tables import SceneTables
+from armsim_ros.planning.collision.tables import CollisionTables
 from armsim_ros.planning.scene.content import SceneContent
-from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, OCTOMAP_ID
-from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 #: Which of two touching bodies is named first.
@@ -46,109 +34,6 @@ class Exactly(Enum):
     NEVER = 'never'
     WHERE_HULLS_TOUCH = 'where hulls touch'
     ALWAYS = 'always'
-
-
-LINK, ATTACHED, OBJECT = (
-    BodyType.ROBOT_LINK, BodyType.ROBOT_ATTACHED, BodyType.WORLD_OBJECT
-)
-
-#: Parts of a scene's content that matter to collisions.
-PARTS = ('acm', 'link_scale', 'link_padding', 'objects', 'attached', 'octomap')
-#: Shapes of the world in a table: what a table costs grows with their square.
-MOST_SHAPES = 100
-
-Source = tuple[CollisionObject | AttachedObject | Octomap | None, float]
-"""What the shapes of a body are made of: an object, None for a link, and the link's scale."""
-
-
-class SceneTables:
-    """
-    Collision tables that hold a scene: a single table for some objects, several for many.
-
-    Each table has all shapes of the robot and of what it carries, and a part of the world; the
-    first also checks the robot against itself. What only moves is placed anew; a table that
-    holds other shapes or follows other rules or padding than before is made anew.
-
-    :param kinematics: the robot.
-    :param content: what they hold at first.
-    """
-
-    def __init__(self, kinematics: KinematicModel, content: SceneContent) -> None:
-        self._kinematics = kinematics
-        self._bodies: dict[BodyKey, tuple[Source, list[PlacedShape]]] = {}
-        self.content = content
-        #: How many contents were taken over that mattered.
-        self.edits = 0
-        self.tables: list[CollisionTables] = []
-        self._make(content)
-
-    def follow(self, content: SceneContent) -> None:
-        """Take over another content; what is the same is left alone."""
-        before, self.content = self.content, content
-        if any(getattr(content, part) is not getattr(before, part) for part in PARTS):
-            self.edits += 1
-            self._make(before)
-
-    def _make(self, before: SceneContent) -> None:
-        content, links = self.content, self._kinematics.robot.links
-        sources: dict[BodyKey, Source] = {
-            **{(LINK, link): (None, content.link_scale.get(link, 1.0)) for link in links},
-            **{(ATTACHED, id_): (item, content.link_scale.get(item.link_name, 1.0))
-               for id_, item in content.attached.items()},
-            **{(OBJECT, id_): (item, 1.0) for id_, item in content.objects.items()},
-        }
-        if content.octomap is not None:
-            sources[OBJECT, OCTOMAP_ID] = content.octomap, 1.0
-        self._bodies = {key: (source, self._shapes(key, source))
-                        for key, source in sources.items()}
-        carried = [shape for key, (_, shapes) in self._bodies.items() if key[0] is not OBJECT
-                   for shape in shapes]
-        pairs, names = content.acm.differences(before.acm)
-        tables: list[CollisionTables] = []
-        for number, standing in enumerate(self._parts()):
-            table = self.tables[number] if number < len(self.tables) else None
-            held = {shape.body.name for shape in (*carried, *standing)}
-            if (
-                table is None or content.link_padding != before.link_padding
-                or table.shapes != [*carried, *standing]
-                or not held.isdisjoint(names) or any(held.issuperset(pair) for pair in pairs)
-            ):
-                table = CollisionTables(
-                    self._kinematics, carried, standing, content, among=number == 0)
-            tables.append(table)
-        self.tables = tables
-
-    def _parts(self) -> Iterator[list[PlacedShape]]:
-        """Yield the shapes of the world, table by table; an octomap has its own, the last."""
-        part: list[PlacedShape] = []
-        for id_ in self.content.objects:
-            if len(part) >= MOST_SHAPES:
-                yield part
-                part = []
-            part += self._bodies[OBJECT, id_][1]
-        yield part
-        if self.content.octomap is not None:
-            yield self._bodies[OBJECT, OCTOMAP_ID][1]
-
-    def _shapes(self, key: BodyKey, source: Source) -> list[PlacedShape]:
-        """Return the shapes of a body: those that there are, where it is now, or new ones."""
-        before, shapes = self._bodies.get(key, (None, []))
-        if source == before:
-            return shapes
-        item, scale = source
-        if item is None:
-            return link_shapes(self._kinematics, key[1], scale)
-        if isinstance(item, Octomap):
-            return octomap_shapes(item)
-        poses = list(shape_poses(self._kinematics, item))
-        was = before and before[0]
-        if (was is None or isinstance(was, Octomap) or before != (was, 1.0) or scale != 1.0
-                or not only_moved(was, item)):
-            return object_shapes(self._kinematics, item, poses, scale)
-        shapes = [replace(shape, pose=pose) for shape, pose in zip(shapes, poses, strict=True)]
-        for table in self.tables:
-            table.place(key, shapes)
-        return shapes
 
 
 class CollisionChecker:
@@ -228,6 +113,7 @@ class CollisionChecker:
     def may_collide(
         self, states: Matrix, reach: Matrix, group: str | None = None,
         exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0, poll: Poll = nothing,
+        weights: Matrix | None = None,
     ) -> Mask:
         """
         Return in which states anything may be within reach of something.
@@ -239,34 +125,38 @@ class CollisionChecker:
         :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
+        :param weights: (k, joints, n) of :meth:`weights_near`; None for those that hold
+            anywhere.
         """
         found = np.zeros(len(states), dtype=bool)
-        for tables in self._followed():
+        followed = self._followed()
+        moved = self._motion.relative_displacement(reach, weights)
+        for tables in followed:
             if tables.rigid_pairs(group):
                 return np.ones(len(states), dtype=bool)
             asked = np.flatnonzero(~found)
             found[asked] = self._may_collide(
-                tables, states[asked], reach[asked], group, exact, clearance, poll)
+                tables, states[asked], moved[asked], group, exact, clearance, poll)
         return found
 
     def _may_collide(
-        self, tables: CollisionTables, states: Matrix, reach: Matrix, group: str | None,
+        self, tables: CollisionTables, states: Matrix, moved: Matrix, group: str | None,
         exact: Exactly, clearance: float, poll: Poll,
     ) -> Mask:
         """Return a table's answer to :meth:`may_collide`."""
         def near(which: Mask, within: Matrix | None, surely: bool) -> Mask:
             found = which.copy()
             found[which] = tables.near(
-                states[which], None if within is None else within[which], self._motion.relative,
-                group, surely, clearance, poll)
+                states[which], None if within is None else within[which], group, surely,
+                clearance, poll)
             return found
 
         everywhere = np.ones(len(states), dtype=bool)
-        found = near(everywhere, reach, surely=exact is Exactly.ALWAYS)
+        found = near(everywhere, moved, surely=exact is Exactly.ALWAYS)
         if exact is not Exactly.WHERE_HULLS_TOUCH or tables.hull is None:
             return found
         touching = near(found, None, surely=False)
-        result: Mask = (found & ~touching) | near(touching, reach, surely=True)
+        result: Mask = (found & ~touching) | near(touching, moved, surely=True)
         return result
 
     def contacts(
@@ -339,6 +229,11 @@ class CollisionChecker:
     def relative_motion(self) -> Matrix:
         """How far joints move what others carry, see ``DisplacementBounds.relative``."""
         return self._motion.relative
+
+    def weights_near(self, states: Matrix, reach: Matrix) -> Matrix:
+        """Return the weights of ``DisplacementBounds.weights_near``."""
+        self._followed()
+        return self._motion.weights_near(states, reach)
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
         """

@@ -19,7 +19,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.collision.collision_model import Exactly
 from armsim_ros.planning.collision.state_validity import StateValidity
 
-LONGEST_PIECE = 0.06
+LONGEST_PIECE = 0.1
 """Largest motion [m] of any point within a piece that is tried to be proved."""
 
 HULL_PIECE = 0.024
@@ -76,22 +76,26 @@ def first_blocked(
     if validity.path_constraints is not None:
         found = blocked(borders)
     lows, highs = borders[:-1], borders[1:]
+    weights: Matrix | None = None
     while found is None and len(lows):
         middles = 0.5 * (lows + highs)
         states, half = at(middles)
         reach = np.maximum(half - at(lows)[1], at(highs)[1] - half)
         longest = float(np.max(highs - lows))
-        near = validity.may_collide(states, reach, _exactly(longest), clearance)
-        lows, middles, highs = lows[near], middles[near], highs[near]
+        if weights is None:
+            weights = validity.weights_near(states, reach)
+        near = validity.may_collide(states, reach, _exactly(longest), clearance, weights)
+        lows, middles, highs, weights = lows[near], middles[near], highs[near], weights[near]
         last = longest <= SHORTEST_PIECE
         # The states on the way first: most collisions are found there.
         if last or HULL_PIECE < longest <= 2.0 * HULL_PIECE:
             found = blocked(middles)
         if last:
             break
-        lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
-        order = np.argsort(lows)
-        lows, highs = lows[order], highs[order]
+        # Each half keeps the bounds of the whole.
+        lows = np.stack([lows, middles], axis=1).ravel()
+        highs = np.stack([middles, highs], axis=1).ravel()
+        weights = np.repeat(weights, 2, axis=0)
     return found
 
 

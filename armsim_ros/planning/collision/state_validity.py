@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
+from armsim_ros.planning.collision.broad_phase import CollisionTest
 from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
 from armsim_ros.planning.collision.contacts import Contact
-from armsim_ros.planning.collision.tables import CollisionTest
 from armsim_ros.planning.constraints import ConstraintSet
 
 SEARCH_STEP = 0.15
@@ -136,7 +136,7 @@ class StateValidity:
 
     def may_collide(
         self, values: Matrix, reach: Matrix, exact: Exactly = Exactly.ALWAYS,
-        clearance: float = 0.0,
+        clearance: float = 0.0, weights: Matrix | None = None,
     ) -> Mask:
         """
         Return in which states (k, m) a motion by ``reach`` to either side may not be free.
@@ -144,13 +144,19 @@ class StateValidity:
         :param reach: (k, m) of every variable [rad or m]; False is proof for all within.
         :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
+        :param weights: what :meth:`weights_near` returns for wider motions that hold these.
         """
         if not self._avoid_collisions or not len(values):
             return np.zeros(len(values), dtype=bool)
-        states = self.full_states(values)
-        reach = reach @ np.abs(self._model.gradient(self.group)).T
         return self._checker.may_collide(
-            states, reach, self.group, exact, clearance, self.poll)
+            *self._full_motions(values, reach), self.group, exact, clearance, self.poll, weights)
+
+    def weights_near(self, values: Matrix, reach: Matrix) -> Matrix:
+        """Return the weights of motions near states (k, m), see ``DisplacementBounds``."""
+        return self._checker.weights_near(*self._full_motions(values, reach))
+
+    def _full_motions(self, values: Matrix, reach: Matrix) -> tuple[Matrix, Matrix]:
+        return self.full_states(values), reach @ np.abs(self._model.gradient(self.group)).T
 
     @cached_property
     def displacement_weights(self) -> Vector:
@@ -164,30 +170,32 @@ class StateValidity:
 
     def segment_count(self, a: Vector, b: Vector, step: float) -> int:
         """Return how many segments a motion has in which no point moves over ``step``."""
-        return max(1, math.ceil(float(self.displacement_weights @ np.abs(b - a)) / step))
+        return max(1, math.ceil(float(self.displacement_weights.dot(abs(b - a))) / step))
 
     def motion_free(
         self, a: Vector, b: Vector, step: float = FINE_STEP, exact: bool = True,
-        clearance: float | None = None,
+        clearance: float | None = None, *, between: bool = False,
     ) -> bool:
         """
         Return whether the straight motion between two states is free.
 
         :param a: (m,) a state known to be free.
         :param b: (m,) a state, which is checked as well.
+        :param between: check only states on the way: ``b`` is known to be free, too.
         :param step: see :data:`SEARCH_STEP` and :data:`FINE_STEP` [m].
         :param exact: see :meth:`free`.
         :param clearance: [m] that shall be left; None for :attr:`clearance`.
         """
         blocked = self._test(exact, self.clearance if clearance is None else clearance)
         last = self.full(b)
-        if blocked(last):
+        if not between and blocked(last):
             return False
         count = self.segment_count(a, b, step)
         if count == 1:
             return True
         first = self.full(a)
-        states = first + _halving_order(count) * (last - first)
+        states = _halving_order(count) * (last - first)
+        states += first
         few = POLLED_STATES[exact]
         for begin in range(0, len(states), few):
             self.poll()
