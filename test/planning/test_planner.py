@@ -115,9 +115,9 @@ def test_settings_can_be_set_while_another_plans(wall, plan_for, clock):
 def test_best_of_several_attempts(wall, plan_for, clock):
     """REQ-4: of several attempts the shortest path is returned."""
     planner = plan_for(wall)
-    one = planner.plan(request(joint_goal(RIGHT), seed=1), wall, clock=clock)
+    one = planner.plan(request(joint_goal(RIGHT), seed=2), wall, clock=clock)
     many = planner.plan(
-        request(joint_goal(RIGHT), seed=1, num_planning_attempts=6), wall, clock=clock)
+        request(joint_goal(RIGHT), seed=2, num_planning_attempts=6), wall, clock=clock)
     assert many.path_length <= one.path_length
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.planning.collision.state_validity import StateValidity
 
-DEFAULT_RANGE = 0.5
+DEFAULT_RANGE = 0.75
 """Length of an extension of a search tree [rad or m]; OMPL's own is several times longer."""
 
 PROJECTION_STEP = 0.1
@@ -74,14 +74,20 @@ class JointSpace:
         self.motions += 1
         return self.validity.motion_free(first, second, self.step, self.exact, self.clearance)
 
-    def corner_free(self, first: Vector, second: Vector) -> bool:
-        """Return whether a motion is free that cuts a corner: in smaller steps, it is close."""
+    def shortcut_free(self, first: Vector, second: Vector) -> bool:
+        """Return whether the straight motion between two states of a free path is free."""
+        self.motions += 1
         return self.validity.motion_free(
-            first, second, _CORNER_STEP * self.step, self.exact, self.clearance)
+            first, second, self.step, self.exact, self.clearance, between=True)
+
+    def corner_free(self, first: Vector, second: Vector) -> bool:
+        """Return whether a shortcut is free that cuts a corner: in smaller steps, it is close."""
+        return self.validity.motion_free(
+            first, second, _CORNER_STEP * self.step, self.exact, self.clearance, between=True)
 
     def join(self, first: Vector, second: Vector) -> Matrix | None:
-        """Return nothing (0, m) between two states with a free motion, else None."""
-        return self._nothing if self.motion_free(first, second) else None
+        """Return nothing (0, m) between two states of a free path with a free motion, or None."""
+        return self._nothing if self.shortcut_free(first, second) else None
 
     def steer(self, state: Vector, target: Vector, distance: float, longest: float) -> Matrix:
         """

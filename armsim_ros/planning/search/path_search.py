@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.collision.motion_proof import first_blocked
 from armsim_ros.planning.collision.state_validity import (
     CLEARANCE,
     FINE_STEP,
@@ -39,7 +39,7 @@ _SOURCE = 'OMPL'
 _STRAIGHT_GOALS = 4
 _REPAIR_MOTIONS = 600
 # A path that took few motions to find and is so much longer than the straight line is searched
-# a second time: another path is often shorter, and costs less than it saves on the way.
+# a second time, with as many motions at most: another path is often shorter.
 _CHEAP_MOTIONS = 600
 _DETOUR = 0.2
 _LAST_FAILURES = 4
@@ -131,11 +131,11 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
     if stage.straight:
         return _straight(problem, stage)
     best: Matrix | None = None
-    attempt = 0
+    attempt, most = 0, stage.most_motions
     while True:
         attempt += 1
         space = problem.space(stage)
-        found = _solve(space, problem, stage.most_motions)
+        found = _solve(space, problem, most)
         if found is not None and (best is None or path_length(found) < path_length(best)):
             best = found
         if found is None or best is None or problem.budget.spent():
@@ -144,8 +144,10 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
             attempt == 1 and stage.rough and problem.planner.simplify
             and space.motions < _CHEAP_MOTIONS and _is_detour(best)
         )
-        if attempt >= problem.attempts and not again:
-            return best
+        if attempt >= problem.attempts:
+            if not again:
+                return best
+            most = space.motions
 
 
 def _straight(problem: SearchProblem, stage: Stage) -> Matrix | None:
@@ -176,7 +178,7 @@ def _solve(
         return most_motions is not None and space.motions > most_motions
 
     def stop() -> bool:
-        return given_up() or budget.spent()
+        return (most_motions is not None and space.motions > most_motions) or budget.spent()
 
     if planner.own_search or problem.constrained:
         extension = space.extension
@@ -199,31 +201,37 @@ def _solve(
 
 def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
     """
-    Return the path with every piece free on exact geometry, in fine steps.
+    Return the path with every piece free on exact geometry.
 
-    :param waypoints: (k, m) from start to goal; what is not free of it is searched again.
+    :param waypoints: (k, m) from start to goal; what is not free of it is searched again, from a
+        free waypoint to the next, in fine steps.
     :raises PlanningError: INVALID_MOTION_PLAN where a piece stays blocked; PREEMPTED.
     """
     validity, planner = problem.validity, problem.planner
-    closely = replace(stage, exact=True, step=stage.fine_step, clearance=validity.clearance)
+    closely = replace(stage, step=stage.fine_step)
     pieces: list[Matrix] = [waypoints[:1]]
-    changed = False
-    for a, b in pairwise(waypoints):
-        part = replace(problem, start=a, goals=(b,), planner=planner.for_repairs())
-        space = part.space(closely)
-        if space.motion_free(a, b):
+    changed, a = False, waypoints[0]
+    for number, b in enumerate(waypoints[1:], 2):
+        if first_blocked(
+            np.array([a, b]), validity, stage.fine_step, clearance=0.5 * validity.clearance
+        ) is None:
             pieces.append(b[None])
+            a = b
+            continue
+        changed = True
+        if number < len(waypoints) and not validity.free(b, stage.exact, stage.clearance):
             continue
         detour = None
-        if validity.free(b, clearance=validity.clearance) and not problem.budget.spent():
-            detour = _solve(space, part, _REPAIR_MOTIONS)
+        if not problem.budget.spent():
+            part = replace(problem, start=a, goals=(b,), planner=planner.for_repairs())
+            detour = _solve(part.space(closely), part, _REPAIR_MOTIONS)
         if detour is None:
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'the path is blocked between {np.round(a, 3).tolist()} and '
                 f'{np.round(b, 3).tolist()}', _SOURCE)
         pieces.append(detour[1:])
-        changed = True
+        a = b
     path = without_repeats(np.concatenate(pieces))
     if changed and planner.simplify:
         path = shortened(

@@ -32,8 +32,8 @@ class SearchTree:
     def __init__(self, roots: Matrix) -> None:
         self._parents: list[int] = [-1] * len(roots)
         self._table = roots.copy()
-        #: (>= k,) samples farther from a state than this are not for it.
-        self.radii: Vector = np.full(len(roots), math.inf)
+        #: Samples farther from a state than this are not for it.
+        self.radii = [math.inf] * len(roots)
         self._filled = len(roots)
 
     def __len__(self) -> int:
@@ -62,10 +62,10 @@ class SearchTree:
             grown = np.empty((2 * self._filled + 64, self._table.shape[1]))
             grown[: self._filled] = self._table
             self._table = grown
-            self.radii = np.append(self.radii, np.full(len(grown) - self._filled, math.inf))
         self._table[self._filled] = values
         self._filled += 1
         self._parents.append(parent)
+        self.radii.append(math.inf)
         return self._filled - 1
 
     def add_branch(self, parent: int, states: Matrix) -> int:
@@ -95,8 +95,12 @@ class SamplePool:
         self._tree = tree
         self._draw = draw
         self._samples: Matrix = np.empty((0, 0))
+        #: Squares of the distances of samples to their nearest states.
         self._squares: Vector = np.empty(0)
-        self._nearest = np.empty(0, dtype=np.intp)
+        # Distances and states as lists: read one by one, these are faster.
+        self._distances: list[float] = []
+        self._nearest: list[int] = []
+        self._next = 0
         self._seen = 0
         self._work: Vector = np.empty(0)
 
@@ -107,22 +111,17 @@ class SamplePool:
         :returns: the sample (m,), the state's number and their distance; None where all that
             were left are outside, and others are drawn at the next call.
         """
-        if len(self._samples):
+        if self._next < len(self._samples):
             self._follow()
         else:
             self._renew()
-        radii = self._tree.radii[self._nearest]
-        within = self._squares <= radii * radii
-        first = int(within.argmax())
-        if not within[first]:
-            self._samples = self._samples[:0]
-            return None
-        found = (
-            self._samples[first], int(self._nearest[first]), math.sqrt(self._squares[first]))
-        rest = slice(first + 1, None)
-        self._samples, self._squares = self._samples[rest], self._squares[rest]
-        self._nearest = self._nearest[rest]
-        return found
+        radii, nearest, distances = self._tree.radii, self._nearest, self._distances
+        for number in range(self._next, len(distances)):
+            if distances[number] <= radii[nearest[number]]:
+                self._next = number + 1
+                return self._samples[number], nearest[number], distances[number]
+        self._next = len(distances)
+        return None
 
     def _renew(self) -> None:
         """Draw, and find the nearest of all states for each sample."""
@@ -137,22 +136,26 @@ class SamplePool:
         partial = self._work[:count].reshape(shape)
         np.matmul(self._samples, -2.0 * states.T, out=partial)
         partial += np.einsum('ij,ij->i', states, states)
-        self._nearest = partial.argmin(axis=1)
-        away = self._samples - states[self._nearest]
+        nearest = partial.argmin(axis=1)
+        away = self._samples - states[nearest]
         self._squares = np.einsum('ij,ij->i', away, away)
-        self._seen = len(states)
+        self._nearest, self._distances = nearest.tolist(), np.sqrt(self._squares).tolist()
+        self._next, self._seen = 0, len(states)
 
     def _follow(self) -> None:
         """Look whether states that are new are nearer."""
         count = len(self._tree)
         if count == self._seen:
             return
+        left, before = self._samples[self._next:], self._squares[self._next:]
         for number, state in enumerate(self._tree.since(self._seen), self._seen):
-            away = self._samples - state
+            away = left - state
             squares = np.einsum('ij,ij->i', away, away)
-            closer = np.flatnonzero(squares < self._squares)
-            self._squares[closer] = squares[closer]
-            self._nearest[closer] = number
+            closer = squares < before
+            for place in closer.nonzero()[0].tolist():
+                square = before[place] = squares[place]
+                self._distances[self._next + place] = math.sqrt(square)
+                self._nearest[self._next + place] = number
         self._seen = count
 
 
@@ -229,10 +232,9 @@ class RRTConnect:
         if last != near:
             tree.radii[near] *= 1.0 + RADIUS_CHANGE
             return last
-        tree.radii[near] = self._extension * min(
-            FIRST_RADIUS,
-            max(LEAST_RADIUS, tree.radii[near] / self._extension * (1.0 - RADIUS_CHANGE)),
-        )
+        smaller = tree.radii[near] * (1.0 - RADIUS_CHANGE)
+        tree.radii[near] = min(
+            FIRST_RADIUS * self._extension, max(LEAST_RADIUS * self._extension, smaller))
         return None
 
     def _connect(

@@ -80,7 +80,7 @@ def shortened(
             vain, draws = 0, min(2 * draws, DRAWS)
         else:
             vain, draws = vain + 1, max(draws // 2, 1)
-    path = _reduced(path, space.motion_free, stop)
+    path = _reduced(path, space.shortcut_free, stop)
     return without_repeats(_cut(path, space.corner_free, stop))
 
 

@@ -28,7 +28,7 @@ class Square:
     """A square in which some motions are free, and some of those that cut a corner."""
 
     def __init__(self, motion_free, corner_free=None):
-        self.motion_free = motion_free
+        self.motion_free = self.shortcut_free = motion_free
         self.corner_free = corner_free or motion_free
 
     def join(self, first, second):
