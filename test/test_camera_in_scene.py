@@ -73,12 +73,12 @@ def path(sim):
 
 
 def touched(sim, states, pose=PLACE):
-    """Return whether a state touches the crate itself."""
+    """Return whether a state touches the crate itself, deeper than a tenth of the map's cells."""
     scene = sim.scene.snapshot()
     scene.set_octomap(None)
     scene.apply_object(CollisionObject('crate', pose=pose, shapes=(ObjectShape(CRATE),)))
     checker = CollisionChecker(scene)
-    return any(checker.in_collision(q) for q in states)
+    return any(contact.depth > 0.005 for q in states for contact in checker.contacts(q))
 
 
 def near(octomap, pose=PLACE):
