@@ -38,9 +38,9 @@ test: ## run the whole test suite: make test ARGS="-k name"
 	$(environment) --with test
 	@$(VENV)/bin/python scripts/run_tests.py --workers $(WORKERS) $(ARGS)
 
-test-page: ## test the page in headless Chromium, which must be installed
+test-page: ## test what pages may do in headless Chromium, which must be installed
 	$(environment) --with test
-	@$(VENV)/bin/python -m pytest -m browser test/nodes/web $(ARGS)
+	@$(VENV)/bin/python -m pytest -m browser test/nodes/web test/nodes/bridge $(ARGS)
 
 test-lerobot: ## what LeRobot opens and finds, in build/lerobot: needs python3.12, and 6 GB for it
 	@test -x $(LEROBOT)/bin/python || python3.12 -m venv $(LEROBOT)

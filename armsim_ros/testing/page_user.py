@@ -34,13 +34,14 @@ def chromium_path() -> str | None:
     return shutil.which('chromium') or shutil.which('chromium-browser')
 
 
-def launch_chromium(playwright: Any) -> Any:
+def launch_chromium(playwright: Any, *flags: str) -> Any:
     """
     Start a browser with a profile of its own.
 
     :param playwright: what playwright's ``sync_playwright()`` gives.
+    :param flags: more of its command line.
     """
-    return playwright.chromium.launch(executable_path=chromium_path(), args=list(_FLAGS))
+    return playwright.chromium.launch(executable_path=chromium_path(), args=[*_FLAGS, *flags])
 
 
 class PageUser:

@@ -13,9 +13,11 @@ import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager, ExitStack
 import json
+import os
+from pathlib import Path
+import sys
 import threading
 import time
-from typing import Any
 
 from websockets.asyncio.client import connect
 
@@ -32,34 +34,42 @@ from benchmarks.stack import (
 )
 from benchmarks.tables import machine_load, publish, Table
 
+#: Folder with a checkout of rosbridge_suite, whose server is measured, too.
+SUITE = 'ARMSIM_BENCH_ROSBRIDGE'
+STREAM_ROWS = (
+    ('joints', 'none', 1), ('joints', 'none', 10), ('joints', 'cbor-raw', 1),
+    ('joints', 'cbor', 1), ('joints', 'cbor', 10), ('picture', 'none', 1),
+    ('picture', 'cbor', 1), ('fast', 'none', 10))
+#: A service of another process, and how many publications are sent.
+_SERVICE, _COMMANDS = '/bench_publish/list_parameters', 8000
 #: What is not measured at the start of each phase [s].
 _SETTLED = 2.0
 
 
 def main(options: Options) -> None:
     """Print all tables."""
-    with private_domain(DOMAINS) as domain, running_bridge(domain) as (bridge, url):
-        rows: list[tuple[str, ...]] = [
-            ('idle, nobody connected', percent(bridge, options.seconds), '', '', '')]
-        for kind, compression, clients in (
-                ('joints', 'none', 1), ('joints', 'none', 10), ('joints', 'cbor-raw', 1),
-                ('joints', 'cbor', 1), ('joints', 'cbor', 10), ('picture', 'none', 1),
-                ('picture', 'cbor', 1), ('fast', 'none', 10)):
-            rows.append(stream_row(domain, bridge, url, options, kind, compression, clients))
-        for raw in ([], ['raw']):
-            with publishing(domain, 'joints'), peer(
-                    'bridge.streams', 'subscribe', 'joints', *raw, domain=domain,
-                    settled='ready') as bare:
-                time.sleep(_SETTLED)
-                rows.append((f'bare rclpy subscriber{" raw" if raw else ""}',
-                             percent(bare, options.seconds), '', '', ''))
-        publish(options.report, 'bridge', Table(
-            'The bridge: processor time [% of a core], messages per second and client, delay '
-            '(median, p99) [ms]', ('', '%', '1/s', 'lost', 'ms'), rows))
-        publish(options.report, 'bridge calls', Table(
-            'Commands and calls', ('', 'figure'), list(command_rows(domain, bridge, url))),
-            f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.',
-            machine_load())
+    suite = os.environ.get(SUITE, '')
+    with private_domain(DOMAINS) as domain:
+        with running_bridge(domain) as (bridge, url):
+            streams = stream_rows(domain, bridge, url, options)
+            calls = command_rows(domain, bridge, url, '/rosapi/get_time')
+            end = f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.'
+        peer_streams, peer_calls = {}, {}
+        if suite:
+            with running_suite(domain, Path(suite)) as (server, url):
+                peer_streams = stream_rows(domain, server, url, options)
+                peer_calls = command_rows(domain, server, url, '')
+        bare = {f'bare rclpy subscriber{word}': bare_row(domain, options, word)
+                for word in ('', ' raw')}
+    publish(options.report, 'bridge', Table(
+        'The bridge: processor time [% of a core], messages per second and client, delay '
+        '(median, p99) [ms]; behind them the same of rosbridge_server',
+        ('', '%', '1/s', 'lost', 'ms', '%', '1/s', 'lost', 'ms'),
+        [(name, *row, *peer_streams.get(name, ())) for name, row in {**streams, **bare}.items()]))
+    publish(options.report, 'bridge calls', Table(
+        'Commands and calls', ('', 'bridge', 'rosbridge_server'),
+        [(name, figure, peer_calls.get(name, '')) for name, figure in calls.items()]), end,
+        machine_load())
 
 
 @contextmanager
@@ -70,6 +80,26 @@ def running_bridge(domain: int) -> Iterator[tuple[Program, str]]:
     with program:
         line = program.wait_for_line('rosbridge: ws', 30.0)
         yield program, line.partition('rosbridge: ')[2].strip()
+
+
+@contextmanager
+def running_suite(domain: int, suite: Path) -> Iterator[tuple[Program, str]]:
+    """
+    Start the server of rosbridge_suite.
+
+    :param suite: a checkout of it; tornado, pymongo and pillow are installed.
+    """
+    environment = ros_environment(domain)
+    sources = [str(suite / package / 'src') for package in ('rosbridge_server',
+                                                            'rosbridge_library')]
+    environment['PYTHONPATH'] = os.pathsep.join(
+        [*sources, os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
+    script = suite / 'rosbridge_server/scripts/rosbridge_websocket.py'
+    program = Program([sys.executable, str(script), '--port', '0', '--address', '127.0.0.1'],
+                      environment=environment)
+    with program:
+        line = program.wait_for_line('server started on port', 30.0)
+        yield program, f'ws://127.0.0.1:{line.rpartition(" ")[2].strip()}'
 
 
 @contextmanager
@@ -85,6 +115,9 @@ def percent(program: Program, seconds: float) -> str:
     time.sleep(seconds)
     used = processor_seconds(program.process.pid) - before
     return f'{100.0 * used / (time.monotonic() - start):.1f}'
+
+
+Row = tuple[str, str, str, str]
 
 
 class Readers:
@@ -127,10 +160,29 @@ class Readers:
                     self.delays.append((time.time_ns() - sent) * 1e-6)
 
 
+def stream_rows(domain: int, bridge: Program, url: str, options: Options) -> dict[str, Row]:
+    """Return the figures of a server at rest and with each stream."""
+    rows = {'idle, nobody connected': (percent(bridge, options.seconds), '', '', '')}
+    for kind, compression, clients in STREAM_ROWS:
+        rate = STREAMS[kind][2]
+        name = f'{kind} at {rate:.0f} Hz, {compression}, {clients} client{"s"[:clients > 1]}'
+        rows[name] = stream_row(domain, bridge, url, options, kind, compression, clients)
+    return rows
+
+
+def bare_row(domain: int, options: Options, word: str) -> Row:
+    """Return the processor time of a subscriber without a bridge."""
+    with publishing(domain, 'joints'), peer(
+            'bridge.streams', 'subscribe', 'joints', *word.split(), domain=domain,
+            settled='ready') as bare:
+        time.sleep(_SETTLED)
+        return percent(bare, options.seconds), '', '', ''
+
+
 def stream_row(domain: int, bridge: Program, url: str, options: Options, kind: str,
-               compression: str, clients: int) -> tuple[str, ...]:
+               compression: str, clients: int) -> Row:
     """Return the figures of a topic with so many clients."""
-    topic, _, rate = STREAMS[kind]
+    topic = STREAMS[kind][0]
     with ExitStack() as stack:
         stack.enter_context(publishing(domain, kind))
         readers = Readers(url, topic, compression, clients)
@@ -147,38 +199,45 @@ def stream_row(domain: int, bridge: Program, url: str, options: Options, kind: s
              if readers.delays else '')
     numbers = list(readers.numbers)
     lost = str(numbers[-1] - numbers[0] + 1 - len(numbers)) if numbers else ''
-    return (f'{kind} at {rate:.0f} Hz, {compression}, {clients} client{"s"[:clients > 1]}', used,
-            f'{min(rates):.1f}', lost, delay)
+    return used, f'{min(rates):.1f}', lost, delay
 
 
-def command_rows(domain: int, bridge: Program, url: str) -> Iterator[tuple[str, str]]:
-    """Yield what publishing, calls and a large message take."""
-    yield from asyncio.run(_command_rows(bridge, url))
+def command_rows(domain: int, bridge: Program, url: str, local: str) -> dict[str, str]:
+    """
+    Return what publications and calls take.
+
+    :param local: a service that the server answers itself, '' for none.
+    """
+    with publishing(domain, 'joints'):
+        return asyncio.run(_command_rows(bridge, url, local))
 
 
-async def _command_rows(bridge: Program, url: str) -> list[tuple[str, str]]:
+async def _command_rows(bridge: Program, url: str, local: str) -> dict[str, str]:
+    rows = {}
     async with connect(url, compression=None, max_size=None) as connection:
-        async def call(service: str, **fields: Any) -> float:
+        async def call(service: str) -> float:
             start = time.monotonic()
-            await connection.send(json.dumps({'op': 'call_service', 'service': service, **fields}))
-            await connection.recv()
+            await connection.send(json.dumps({'op': 'call_service', 'service': service,
+                                              'id': 'call'}))
+            answer = json.loads(await connection.recv())
+            assert answer['result'] is True, answer
             return (time.monotonic() - start) * 1e3
 
-        times = [await call('/rosapi/get_time') for _ in range(500)]
-        rows = [('/rosapi/get_time, median and p99 [ms]',
-                 f'{median(times):.2f}, {percentile(times, 0.99):.2f}')]
-        times = [await call('/rosbridge_websocket/list_parameters') for _ in range(100)]
-        rows.append(('a service over the middleware, median [ms]', f'{median(times):.2f}'))
+        if local:
+            times = [await call(local) for _ in range(500)]
+            rows[f'{local}, median and p99 [ms]'] = (
+                f'{median(times):.2f}, {percentile(times, 0.99):.2f}')
+        times = [await call(_SERVICE) for _ in range(100)]
+        rows['a service over the middleware, median [ms]'] = f'{median(times):.2f}'
         await connection.send(json.dumps(
             {'op': 'advertise', 'topic': '/commands', 'type': 'geometry_msgs/Twist'}))
-        await call('/rosapi/get_time')
+        await call(_SERVICE)
         before, start = processor_seconds(bridge.process.pid), time.monotonic()
-        count = 8000
-        for _ in range(count):
+        for _ in range(_COMMANDS):
             await connection.send(
                 '{"op":"publish","topic":"/commands","msg":{"linear":{"x":0.1},"angular":{}}}')
-        await call('/rosapi/get_time')
+        await call(_SERVICE)
         elapsed, used = time.monotonic() - start, processor_seconds(bridge.process.pid) - before
-        rows.append(('small publications taken [1/s]', f'{count / elapsed:.0f}'))
-        rows.append(('processor time of each [ms]', f'{1e3 * used / count:.3f}'))
-        return rows
+        rows['small publications taken [1/s]'] = f'{_COMMANDS / elapsed:.0f}'
+        rows['processor time of each [ms]'] = f'{1e3 * used / _COMMANDS:.3f}'
+    return rows

@@ -20,7 +20,8 @@ from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
 from armsim_ros.nodes.bridge.goals import Goals
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
-from armsim_ros.nodes.bridge.protocol import Permissions, Protocol
+from armsim_ros.nodes.bridge.permissions import Permissions
+from armsim_ros.nodes.bridge.protocol import Protocol
 from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.rosapi.node import RosApi
 from armsim_ros.nodes.bridge.server import BridgeServer
@@ -77,9 +78,8 @@ class BridgeProgram:
                                                 near=split_path(settings.near)))
             goals = Goals(link, settings.cancel_on_disconnect)
             protocol = Protocol(
-                link, Permissions(settings.topics_glob, settings.services_glob,
-                                  settings.actions_glob, settings.read_only),
-                topics, Publishers(link, settings.unregister_timeout),
+                link, Permissions.of(settings), topics,
+                Publishers(link, settings.unregister_timeout),
                 ServiceCalls(link, rosapi.services, settings.default_call_service_timeout),
                 AdvertisedServices(link, settings.default_call_service_timeout), goals,
                 AdvertisedActions(link))
@@ -89,7 +89,7 @@ class BridgeProgram:
             foxglove: Any = None
             try:
                 await server.open()
-                foxglove = _open_foxglove(link, settings, files)
+                foxglove = await _open_foxglove(link, settings, token, files)
                 print(f'rosbridge: {server.url}', flush=True)
                 if foxglove is not None:
                     print(f'foxglove: {foxglove.url}', flush=True)
@@ -104,7 +104,8 @@ class BridgeProgram:
         return 0
 
 
-def _open_foxglove(link: BridgeLink, settings: BridgeSettings, files: PackageFiles) -> Any:
+async def _open_foxglove(link: BridgeLink, settings: BridgeSettings, token: str,
+                         files: PackageFiles) -> Any:
     """
     Return the server of Foxglove, None where it is not requested.
 
@@ -117,9 +118,6 @@ def _open_foxglove(link: BridgeLink, settings: BridgeSettings, files: PackageFil
                           "installed; python3 -m pip install 'armsim_ros[foxglove]'")
     from armsim_ros.nodes.bridge.foxglove.server import FoxgloveServer
 
-    server = FoxgloveServer(link, settings, files)
-    server.open()
-    if settings.foxglove == 'control':
-        print('foxglove: any program and any web page on this machine may move the robot',
-              flush=True)
+    server = FoxgloveServer(link, settings, token, files)
+    await server.open()
     return server

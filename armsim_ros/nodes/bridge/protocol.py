@@ -5,9 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
-import re
 import traceback
 from typing import Any
 
@@ -20,6 +17,7 @@ from armsim_ros.nodes.bridge.client import Client, Handler
 from armsim_ros.nodes.bridge.frames import parse, SMALLEST_FRAGMENT
 from armsim_ros.nodes.bridge.goals import Goals
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.bridge.service_calls import check_args, ServiceCalls
@@ -61,47 +59,6 @@ FIELDS: Mapping[str, tuple[dict[str, str], dict[str, str]]] = {
     'status': ({}, {'id': 'anything'}),
     'auth': ({}, {'id': 'anything'}),
 }
-#: What its target is called -> operations that change something, or may.
-_CHANGING = {'publish', 'advertise', 'advertise_service', 'advertise_action', 'send_action_goal',
-             'cancel_action_goal'}
-#: Services that only read, by the last part of their name; in rosapi, all but these.
-_READING = re.compile(r'(get|list|describe)_\w+')
-_ROSAPI = '/rosapi/'
-_ROSAPI_CHANGING = ('set_param', 'delete_param', 'set_parameters', 'set_parameters_atomically')
-
-
-@dataclass(frozen=True)
-class Permissions:
-    """
-    What clients may use; an empty list of patterns allows all names.
-
-    :param read_only: nothing that changes or moves anything.
-    """
-
-    topics: tuple[str, ...] = ()
-    services: tuple[str, ...] = ()
-    actions: tuple[str, ...] = ()
-    read_only: bool = False
-
-    def check(self, op: str, kind: str, name: str) -> None:
-        """
-        Check an operation on a name.
-
-        :param kind: topic, service or action.
-        :param name: the full name.
-        :raises RefusalError: it is not allowed.
-        """
-        patterns: tuple[str, ...] = getattr(self, f'{kind}s')
-        if patterns and not any(fnmatchcase(name, pattern) for pattern in patterns):
-            raise RefusalError(f'not allowed here: {kind}s_glob is [{", ".join(patterns)}]')
-        if self.read_only and (op in _CHANGING or (op == 'call_service' and not _reads(name))):
-            raise RefusalError('not allowed here: read_only')
-
-
-def _reads(service: str) -> bool:
-    if service.startswith(_ROSAPI):
-        return service.removeprefix(_ROSAPI) not in _ROSAPI_CHANGING
-    return _READING.fullmatch(service.rpartition('/')[2]) is not None
 
 
 class Protocol:

@@ -72,24 +72,13 @@ class BridgeServer:
         self.clients: dict[Client, ServerConnection] = {}
         self.port = settings.port
         self._server: Server | None = None
-        self._scheme = 'wss' if settings.certfile else 'ws'
         self._admitted = 0
-        address = f'{self._scheme}://HOST:{settings.port}{settings.url_path}?token=...'
-        self._rules = AccessRules(
-            settings.address, token, origins=settings.origins, local_pages=True,
-            host_refusal='this bridge serves its own machine; for another name start it with '
-                         'origins:=http://NAME\n',
-            origin_refusal='a page of {origin} may not use this bridge; start it with '
-                           'origins:={origin}\n',
-            token_refusal=f'a token is needed: {address}\n')
+        self._rules = bridge_rules(settings, token, settings.port, settings.url_path)
 
     @property
     def url(self) -> str:
         """What a client connects to."""
-        path = self._settings.url_path
-        query = f'?token={self._token}' if self._token else ''
-        shown = '' if path == '/' and not query else path
-        return f'{self._scheme}://{shown_host(self._settings.address)}:{self.port}{shown}{query}'
+        return bridge_url(self._settings, self._token, self.port, self._settings.url_path)
 
     async def open(self) -> None:
         """
@@ -110,7 +99,7 @@ class BridgeServer:
             ping_interval=settings.websocket_ping_interval or None,
             ping_timeout=settings.websocket_ping_timeout or None,
             logger=silent_logger(__name__), server_header=None, create_connection=kind,
-            ssl=_tls(settings))
+            ssl=tls(settings))
         self.port = next(iter(self._server.sockets)).getsockname()[1]
 
     async def close(self) -> None:
@@ -132,8 +121,8 @@ class BridgeServer:
             found = await self._get(path, request)
             return found if found is not None else answer(
                 HTTPStatus.UPGRADE_REQUIRED, 'this is rosbridge v2, for websockets: '
-                f'{self._scheme}://HOST:{self.port}{self._settings.url_path}; the page of '
-                'armsim is served by web:=true\n')
+                f'{_scheme(self._settings)}://HOST:{self.port}{self._settings.url_path}; the page '
+                'of armsim is served by web:=true\n')
         if path.rstrip('/') != self._settings.url_path.rstrip('/'):
             return answer(HTTPStatus.NOT_FOUND,
                           f'the websocket is at {self._settings.url_path}\n')
@@ -219,7 +208,37 @@ def _is_open(connection: ServerConnection) -> bool:
     return connection.state is State.OPEN
 
 
-def _tls(settings: BridgeSettings) -> ssl.SSLContext | None:
+def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/') -> AccessRules:
+    """
+    Return the rules of a port of the bridge.
+
+    :param token: what a client must bring; '' admits all.
+    """
+    return AccessRules(
+        settings.address, token, origins=settings.origins, local_pages=True,
+        host_refusal='this bridge serves its own machine; for another name start it with '
+                     'origins:=http://NAME\n',
+        origin_refusal='a page of {origin} may not use this bridge; start it with '
+                       'origins:={origin}\n',
+        token_refusal=f'a token is needed: {_scheme(settings)}://HOST:{port}{path}?token=...\n')
+
+
+def bridge_url(settings: BridgeSettings, token: str, port: int, path: str = '/') -> str:
+    """Return what a client of a port connects to."""
+    shown = f'{path}?token={token}' if token else '' if path == '/' else path
+    return f'{_scheme(settings)}://{shown_host(settings.address)}:{port}{shown}'
+
+
+def _scheme(settings: BridgeSettings) -> str:
+    return 'wss' if settings.certfile else 'ws'
+
+
+def tls(settings: BridgeSettings) -> ssl.SSLContext | None:
+    """
+    Return the context of the certificate, None where there is none.
+
+    :raises ServingError: it cannot be read.
+    """
     if not settings.certfile:
         return None
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)

@@ -124,6 +124,9 @@ def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
         values[name] = _listed(values[name])
     if bool(values['certfile']) != bool(values['keyfile']):
         raise UsageError('certfile and keyfile are given together, or neither')
+    if values['read_only'] and values['foxglove'] == 'control':
+        raise UsageError('read_only:=true and foxglove:=control exclude each other; '
+                         'foxglove:=read only reads')
     return BridgeSettings(**values), unused
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Foxglove's protocol, with raw frames of a client."""
 
+import http.client
 import json
 import struct
 import threading
@@ -147,23 +148,33 @@ def test_clients_publish_and_call(viewer, peer):
     assert deserialize_message(frame[16:], SetBool.Response).success is True
 
 
-def test_control_is_for_this_machine_alone(ros_domain_id):
-    """Its server asks for no token; so no other address is served."""
-    with start_program('bridge', ros_domain_id, 'port:=0', 'address:=0.0.0.0',
-                       'foxglove:=control') as program:
-        assert program.process.wait(20) == 2
-        assert 'foxglove:=control is for a loopback address only' in program.text
+@pytest.mark.parametrize(('headers', 'status'), [
+    ({'Origin': 'https://evil.example'}, 403), ({'Host': 'evil.example'}, 403)])
+def test_foreign_pages_are_refused(bridge, headers, status):
+    """By the rules of the bridge, which stand before the SDK's server."""
+    url = bridge.wait_for_line('foxglove: ws', 30).partition('foxglove: ')[2].strip()
+    connection = http.client.HTTPConnection(url.removeprefix('ws://'), timeout=10)
+    connection.request('GET', '/', headers={
+        'Upgrade': 'websocket', 'Connection': 'Upgrade', 'Sec-WebSocket-Version': '13',
+        'Sec-WebSocket-Protocol': 'foxglove.sdk.v1', 'Sec-WebSocket-Key': 'A' * 22 + '==',
+        **headers})
+    assert connection.getresponse().status == status
+    connection.close()
 
 
 def test_reading_offers_no_commands(ros_domain_id):
-    """What true means."""
-    with start_program('bridge', ros_domain_id, 'port:=0', 'foxglove:=true',
-                       'foxglove_port:=0') as program:
+    """What true means; a token and patterns of topics are those of the bridge."""
+    with start_program('bridge', ros_domain_id, 'port:=0', 'foxglove:=true', 'foxglove_port:=0',
+                       'token:=word', 'topics_glob:=[/r*]') as program:
         url = program.wait_for_line('foxglove: ws', 30).partition('foxglove: ')[2].strip()
+        with pytest.raises(InvalidStatus, match='401'):
+            connect(url.partition('/?')[0], subprotocols=['foxglove.sdk.v1'])
         viewer = Viewer(url)
         info = viewer.wait_for(lambda message: message['op'] == 'serverInfo')
         assert not {'clientPublish', 'services'} & set(info['capabilities'])
         assert {'connectionGraph', 'parameters', 'assets'} <= set(info['capabilities'])
+        viewer.find('/rosout')
+        assert all(name.startswith('/r') for name in viewer.offered)
         viewer.connection.close()
         with pytest.raises((InvalidStatus, OSError)):
             connect(url, subprotocols=['unknown'])

@@ -20,6 +20,7 @@ from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.foxglove.schemas import service_schema
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.serving.json_text import to_json
 
 #: The longest wait for a service [s].
@@ -31,8 +32,8 @@ Key = tuple[int, int]
 class Commands:
     """Publishers of clients, and the services of the graph."""
 
-    def __init__(self, link: BridgeLink) -> None:
-        self._link = link
+    def __init__(self, link: BridgeLink, permissions: Permissions) -> None:
+        self._link, self._permissions = link, permissions
         self._publishers: dict[Key, tuple[type[Any], str, Any]] = {}
         self._services: dict[str, str] = {}
 
@@ -45,6 +46,7 @@ class Commands:
         """Make the publisher of a client's channel."""
         try:
             kind, name = load(type_name, 'msg'), self._link.expand(topic)
+            self._permissions.check('publish', 'topic', name)
         except ArmsimError as error:
             self._link.node.get_logger().warning(f'foxglove: {topic}: {error}')
             return

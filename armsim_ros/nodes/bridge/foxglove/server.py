@@ -8,6 +8,7 @@ import asyncio
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
+import secrets
 import time
 import traceback
 from typing import Any
@@ -24,11 +25,14 @@ from armsim_ros.nodes.bridge.foxglove.schemas import topic_schema
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.rosapi.graph import Graph
 from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
+from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
-from armsim_ros.nodes.serving.ports import free_port, is_loopback, ServingError, shown_host
+from armsim_ros.nodes.serving.gate import Gate
+from armsim_ros.nodes.serving.ports import ServingError
 
 #: How often changes of the graph are noticed [s].
 _RENEWAL = 0.5
@@ -51,19 +55,21 @@ class FoxgloveServer:
     """
     Serves until it is closed.
 
-    The SDK checks no Host, Origin or token; so clients only read, unless the bridge's settings
-    allow more.
+    The SDK checks no Host, Origin or token. So it listens at a random loopback address, which no
+    page can find, and a gate with the rules of the bridge passes connections on to it.
 
     :param settings: with the port, and what clients may do.
+    :param token: what a client must bring; '' admits all.
     """
 
-    def __init__(self, link: BridgeLink, settings: BridgeSettings, files: PackageFiles) -> None:
-        self._link, self._settings, self._files = link, settings, files
+    def __init__(self, link: BridgeLink, settings: BridgeSettings, token: str,
+                 files: PackageFiles) -> None:
+        self._link, self._settings, self._token, self._files = link, settings, token, files
         self.schedule = link.schedule
+        self._permissions = Permissions.of(settings)
         self._controls = settings.foxglove == 'control'
-        if self._controls and not is_loopback(settings.address):
-            raise ServingError('foxglove:=control is for a loopback address only: its server '
-                               'asks for no token')
+        self._port = settings.foxglove_port
+        self._gate: Gate | None = None
         self._graph = Graph(link)
         self._context = foxglove.Context()
         self._topics: dict[str, Topic] = {}
@@ -77,35 +83,39 @@ class FoxgloveServer:
     @property
     def url(self) -> str:
         """What a client connects to."""
-        return f'ws://{shown_host(self._settings.address)}:{self._server.port}'
+        return bridge_url(self._settings, self._token, self._port)
 
-    def open(self) -> None:
+    async def open(self) -> None:
         """
         Open the port.
 
         :raises ServingError: it is taken.
         """
         settings = self._settings
-        if settings.foxglove_port:
-            try:
-                free_port(settings.address, settings.foxglove_port, 1)
-            except ServingError as error:
-                raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
         capabilities = [Capability.ConnectionGraph, Capability.Parameters]
         if self._uses_sim_time():
             capabilities.append(Capability.Time)
         if self._controls:
             capabilities += [Capability.ClientPublish, Capability.Services]
-            self._commands = Commands(self._link)
+            self._commands = Commands(self._link, self._permissions)
+        host = f'127.{_byte()}.{_byte()}.{_byte()}'
         self._server = foxglove.start_server(
-            name='armsim', host=settings.address, port=settings.foxglove_port,
+            name='armsim', host=host, port=0,
             capabilities=capabilities, supported_encodings=['cdr', 'json'],
             server_listener=Listener(self, self._commands), asset_handler=self._asset,
             context=self._context)
+        self._gate = Gate(bridge_rules(settings, self._token, self._port),
+                          (host, self._server.port), settings.max_clients)
+        try:
+            self._port = await self._gate.open(settings.address, self._port, tls(settings))
+        except ServingError as error:
+            raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
         self._renewal = self._link.loop.create_task(self._renew())
 
     def close(self) -> None:
         """Close the port and all subscriptions."""
+        if self._gate is not None:
+            self._gate.close()
         if self._renewal is not None:
             self._renewal.cancel()
         self._reader.close()
@@ -197,7 +207,8 @@ class FoxgloveServer:
 
     def _follow_graph(self) -> None:
         """Let channels come and go with the topics of the graph."""
-        present = self._graph.topics()
+        present = {name: type_name for name, type_name in self._graph.topics().items()
+                   if self._permissions.allows('subscribe', 'topic', name)}
         for name in [name for name, topic in self._topics.items()
                      if present.get(name) != topic.type_name]:
             topic = self._topics.pop(name)
@@ -209,7 +220,9 @@ class FoxgloveServer:
                     name, message_encoding='cdr', schema=topic_schema(type_name),
                     context=self._context))
         if self._commands is not None:
-            self._commands.renew(self._server, self._graph.services())
+            self._commands.renew(self._server, {
+                name: type_name for name, type_name in self._graph.services().items()
+                if self._permissions.allows('call_service', 'service', name)})
         if self._shows_graph:
             self._server.publish_connection_graph(self._connections())
         if self._uses_sim_time():
@@ -241,3 +254,8 @@ class FoxgloveServer:
 
     def _uses_sim_time(self) -> bool:
         return bool(self._link.node.get_parameter('use_sim_time').value)
+
+
+def _byte() -> int:
+    """Return a part of an address that no other program can expect."""
+    return 1 + secrets.randbelow(254)
