@@ -54,7 +54,7 @@ _PROGRAMS = {
     ProgramRole.DESCRIPTION: 'robot_state_publisher',
     ProgramRole.JOINT_STATES: 'joint_state_publisher',
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
-    ProgramRole.ROSBRIDGE: 'rosbridge_websocket',
+    ProgramRole.ROSBRIDGE: 'rosbridge_websocket', ProgramRole.FOXGLOVE: 'foxglove_bridge',
 }
 #: Programs whose work the simulation does; they get no process of their own.
 _PARTS = (ProgramRole.WORLD, ProgramRole.BRIDGE, ProgramRole.VENDOR)

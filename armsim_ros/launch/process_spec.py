@@ -129,6 +129,7 @@ class ProgramRole(Enum):
     JOINT_STATES = 'publishes joint states'
     STATIC_TRANSFORM = 'publishes a fixed transform'
     ROSBRIDGE = 'rosbridge, for clients without ROS'
+    FOXGLOVE = 'Foxglove'
     ROSAPI = 'the bridge serves rosapi, too'
     VENDOR = "the arm's driver; its endpoints are the simulation's"
 
@@ -150,6 +151,7 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
     ('rosbridge_server', 'rosbridge_websocket'): ProgramRole.ROSBRIDGE,
     ('rosbridge_server', 'rosbridge_websocket.py'): ProgramRole.ROSBRIDGE,
+    ('foxglove_bridge', 'foxglove_bridge'): ProgramRole.FOXGLOVE,
     ('rosapi', 'rosapi_node'): ProgramRole.ROSAPI,
     ('ros_gz_sim', 'create'): ProgramRole.SPAWN_ROBOT,
     ('ros_ign_gazebo', 'create'): ProgramRole.SPAWN_ROBOT,

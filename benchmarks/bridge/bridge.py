@@ -65,7 +65,8 @@ def main(options: Options) -> None:
         'The bridge: processor time [% of a core], messages per second and client, delay '
         '(median, p99) [ms]; behind them the same of rosbridge_server',
         ('', '%', '1/s', 'lost', 'ms', '%', '1/s', 'lost', 'ms'),
-        [(name, *row, *peer_streams.get(name, ())) for name, row in {**streams, **bare}.items()]))
+        [(name, *row, *peer_streams.get(name, ('',) * 4))
+         for name, row in {**streams, **bare}.items()]))
     publish(options.report, 'bridge calls', Table(
         'Commands and calls', ('', 'bridge', 'rosbridge_server'),
         [(name, figure, peer_calls.get(name, '')) for name, figure in calls.items()]), end,
@@ -73,9 +74,9 @@ def main(options: Options) -> None:
 
 
 @contextmanager
-def running_bridge(domain: int) -> Iterator[tuple[Program, str]]:
+def running_bridge(domain: int, *arguments: str) -> Iterator[tuple[Program, str]]:
     """Start a bridge; yields its program and where it serves."""
-    program = Program.module('armsim_ros', 'bridge', 'port:=0',
+    program = Program.module('armsim_ros', 'bridge', 'port:=0', *arguments,
                              environment=ros_environment(domain))
     with program:
         line = program.wait_for_line('rosbridge: ws', 30.0)
@@ -125,6 +126,7 @@ class Readers:
 
     def __init__(self, url: str, topic: str, compression: str, clients: int) -> None:
         self.counts = [0] * clients
+        self.arrivals: list[float] = []
         self.delays: list[float] = []
         self.numbers: list[int] = []
         self._stop = threading.Event()
@@ -152,6 +154,7 @@ class Readers:
             while True:
                 frame = await connection.recv()
                 self.counts[index] += 1
+                self.arrivals.append(time.monotonic())
                 if index == 0 and isinstance(frame, str) and len(frame) < 10_000:
                     header = json.loads(frame)['msg']['header']
                     stamp = header['stamp']

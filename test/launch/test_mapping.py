@@ -216,3 +216,11 @@ def test_rosbridge_is_the_bridge_and_rosapi_a_part_of_it(decided):
     assert 'rosbridge_websocket' in bridge.command
     assert texts[0] == {'port': 9091}
     assert (bridge.kind, rosapi.kind) == (Kind.RUN, Kind.PART)
+
+
+def test_foxglove_bridge_is_the_bridge(decided):
+    """Its port is that of Foxglove."""
+    (bridge,), texts = decided(Node(package='foxglove_bridge', executable='foxglove_bridge',
+                                    parameters=[{'port': 8766}]))
+    assert 'foxglove_bridge' in bridge.command
+    assert (bridge.kind, texts[0]) == (Kind.RUN, {'port': 8766})

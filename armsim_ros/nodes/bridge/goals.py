@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
+import time
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -17,10 +18,11 @@ from armsim_ros.nodes.bridge.conversion.incoming import to_message
 from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+from armsim_ros.nodes.bridge.rejections import logged_error
 
 #: How long a goal of a client that has left can still be cancelled [s].
 _MEMORY = 600.0
-_REJECTED = 'the server rejected the goal; its log has the reason'
+_REJECTED = 'the server rejected the goal'
 
 
 @dataclass(eq=False)
@@ -107,6 +109,7 @@ class Goals:
         if message.get('feedback'):
             def feedback(values: Any) -> None:
                 self._link.schedule(lambda: self._feedback(client, message, kind, values))
+        sent = time.time_ns()
         run = self._link.goal(kind, action, request, feedback)
         goal = Goal(client, action, message.get('id'), run)
         self._goals.add(goal)
@@ -115,7 +118,8 @@ class Goals:
         finally:
             self._goals.discard(goal)
         if found is None:
-            raise RefusalError(_REJECTED)
+            reason = await logged_error(self._link, action, sent)
+            raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
         return json_values(kind.Result)(found.result), found.status
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:

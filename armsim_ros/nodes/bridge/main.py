@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import gc
 from importlib.util import find_spec
 import sys
@@ -25,11 +25,19 @@ def missing_package() -> str:
     return next((name for name in NEEDED if find_spec(name) is None), '')
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def foxglove_bridge(argv: Sequence[str]) -> int:
+    """Serve Foxglove as foxglove_bridge does; its parameter ``port`` is Foxglove's."""
+    return main(['port:=0', 'foxglove:=control', *argv],
+                {'port': 'rosbridge_port', 'foxglove_port': 'port'})
+
+
+def main(argv: Sequence[str] | None = None, renamed: Mapping[str, str] | None = None) -> int:
     """
     Serve until SIGINT or SIGTERM.
 
     :param argv: the arguments after the program's name; those of this process where None.
+    :param renamed: argument -> its parameter, where that has another name; another bridge serves
+        rosapi then.
     :returns: 0 after a signal, 2 after a user's error.
     """
     words = list(sys.argv[1:] if argv is None else argv)
@@ -47,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         if signals.stop_requested:
             return 0
-        program = BridgeProgram(given, ros_args)
+        program = BridgeProgram(given, ros_args, renamed or {})
         signals.on_stop = program.stop
         gc.freeze()
         return asyncio.run(program.run())

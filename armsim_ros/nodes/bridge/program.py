@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.util import find_spec
@@ -41,10 +41,13 @@ class BridgeProgram:
 
     :param given: values of the command line.
     :param ros_args: ``--ros-args`` sections.
+    :param renamed: argument -> its parameter, where that has another name; then rosapi is for the
+        clients of this bridge alone.
     """
 
-    def __init__(self, given: dict[str, Any], ros_args: Sequence[str]) -> None:
-        self._given, self._ros_args = given, ros_args
+    def __init__(self, given: dict[str, Any], ros_args: Sequence[str],
+                 renamed: Mapping[str, str]) -> None:
+        self._given, self._ros_args, self._renamed = given, ros_args, renamed
         self._loop: asyncio.AbstractEventLoop | None = None
         self._ended: asyncio.Event | None = None
 
@@ -66,13 +69,13 @@ class BridgeProgram:
             descriptor = ParameterDescriptor(dynamic_typing=True)
             settings, unused = read_settings(
                 self._given, lambda name, value: link.node.declare_parameter(
-                    name, value, descriptor).value)
+                    self._renamed.get(name, name), value, descriptor).value)
             if unused:
                 print(f'bridge: not used here: {", ".join(unused)}', flush=True)
             token = settings.token
             if not token and not is_loopback(settings.address):
                 token = secrets.token_urlsafe(24)
-            rosapi = RosApi(link, settings)
+            rosapi = RosApi(link, settings, is_shared=not self._renamed)
             topics = Topics(link)
             files = PackageFiles(link, Packages(split_path(settings.packages_path),
                                                 near=split_path(settings.near)))

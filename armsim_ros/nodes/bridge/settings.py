@@ -42,6 +42,8 @@ _TABLE: dict[str, tuple[Any, str]] = {
     'websocket_ping_timeout': (30.0, 'how long a client may take to answer that [s]'),
     'foxglove': ('false', 'serve Foxglove, too: false, read or control'),
     'foxglove_port': (8765, 'port of Foxglove'),
+    'mcap': ('', 'file that records what clients of Foxglove read'),
+    'mcap_topics': ('', 'topics that it records in any case, such as [/sunday/*, /tf]'),
     'packages_path': ('', 'folders that are searched first for packages of meshes'),
     'near': ('', 'files of the robot; packages around them are found, too'),
 }
@@ -74,6 +76,8 @@ class BridgeSettings:
     websocket_ping_timeout: float = 30.0
     foxglove: str = 'false'
     foxglove_port: int = 8765
+    mcap: str = ''
+    mcap_topics: tuple[str, ...] = ()
     packages_path: str = ''
     near: str = ''
 
@@ -120,13 +124,16 @@ def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
             raise UsageError('bson_only_mode is not supported: messages are JSON or CBOR')
         if name in given or value != default:
             unused.append(name)
-    for name in ('topics_glob', 'services_glob', 'actions_glob', 'params_glob', 'origins'):
+    for name in ('topics_glob', 'services_glob', 'actions_glob', 'params_glob', 'origins',
+                 'mcap_topics'):
         values[name] = _listed(values[name])
     if bool(values['certfile']) != bool(values['keyfile']):
         raise UsageError('certfile and keyfile are given together, or neither')
     if values['read_only'] and values['foxglove'] == 'control':
         raise UsageError('read_only:=true and foxglove:=control exclude each other; '
                          'foxglove:=read only reads')
+    if values['foxglove'] == 'false' and (values['mcap'] or values['mcap_topics']):
+        raise UsageError('mcap records what Foxglove reads; add foxglove:=read')
     return BridgeSettings(**values), unused
 
 

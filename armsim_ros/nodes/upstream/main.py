@@ -19,6 +19,7 @@ PROGRAMS = {
     'move_group': ('upstream.planning_programs', 'move_group'),
     'servo_node': ('upstream.planning_programs', 'servo_node'),
     'rosbridge_websocket': ('bridge.main', 'main'),
+    'foxglove_bridge': ('bridge.main', 'foxglove_bridge'),
     'spawner': ('spawner.main', 'main'),
     'unspawner': ('spawner.main', 'unspawn'),
     'hardware_spawner': ('spawner.main', 'set_hardware'),

@@ -4,6 +4,7 @@
 
 import http.client
 import json
+import signal
 import struct
 import threading
 import time
@@ -12,6 +13,7 @@ import pytest
 
 pytest.importorskip('foxglove')
 
+from mcap.reader import make_reader
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
@@ -162,10 +164,13 @@ def test_foreign_pages_are_refused(bridge, headers, status):
     connection.close()
 
 
-def test_reading_offers_no_commands(ros_domain_id):
-    """What true means; a token and patterns of topics are those of the bridge."""
+def test_reading_offers_no_commands(ros_domain_id, peer, tmp_path):
+    """What true means; token and patterns are the bridge's, and topics may be recorded."""
+    publisher = peer.create_publisher(String, '/recorded', LATCHED)
+    publisher.publish(String(data='text'))
     with start_program('bridge', ros_domain_id, 'port:=0', 'foxglove:=true', 'foxglove_port:=0',
-                       'token:=word', 'topics_glob:=[/r*]') as program:
+                       'token:=word', 'topics_glob:=[/rec*]', 'mcap_topics:=[/recorded]',
+                       f'mcap:={tmp_path}/seen.mcap') as program:
         url = program.wait_for_line('foxglove: ws', 30).partition('foxglove: ')[2].strip()
         with pytest.raises(InvalidStatus, match='401'):
             connect(url.partition('/?')[0], subprotocols=['foxglove.sdk.v1'])
@@ -173,8 +178,16 @@ def test_reading_offers_no_commands(ros_domain_id):
         info = viewer.wait_for(lambda message: message['op'] == 'serverInfo')
         assert not {'clientPublish', 'services'} & set(info['capabilities'])
         assert {'connectionGraph', 'parameters', 'assets'} <= set(info['capabilities'])
-        viewer.find('/rosout')
-        assert all(name.startswith('/r') for name in viewer.offered)
+        channel = viewer.find('/recorded')
+        assert list(viewer.offered) == ['/recorded']
+        viewer.send('subscribe', subscriptions=[{'id': 1, 'channelId': channel['id']}])
+        viewer.wait_for(lambda message: isinstance(message, bytes))
         viewer.connection.close()
         with pytest.raises((InvalidStatus, OSError)):
             connect(url, subprotocols=['unknown'])
+        program.process.send_signal(signal.SIGINT)
+        assert program.process.wait(10) == 0
+    with (tmp_path / 'seen.mcap').open('rb') as file:
+        recorded = {channel.topic for _, channel, _ in make_reader(file).iter_messages()}
+    assert recorded == {'/recorded'}
+    peer.destroy_publisher(publisher)

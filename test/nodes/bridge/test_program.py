@@ -20,7 +20,7 @@ LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 @pytest.fixture(scope='module')
 def arguments():
     """Ask for a token, and let nothing move."""
-    return ['token:=secret', 'read_only:=true']
+    return ['token:=secret', 'read_only:=true', 'max_clients:=4']
 
 
 def test_a_client_needs_the_token(bridge, talk):
@@ -35,6 +35,18 @@ def test_a_client_needs_the_token(bridge, talk):
     talk().settle()
     talk(bare, additional_headers={'Authorization': 'Bearer secret'}).settle()
     assert bridge.text.count('secret') == 1
+
+
+def test_what_exceeds_the_number_of_clients_is_refused(talk):
+    """As text, before a connection is made."""
+    def more_than_there_may_be():
+        for _ in range(5):
+            talk().settle()
+
+    with pytest.raises(InvalidStatus) as refusal:
+        more_than_there_may_be()
+    assert refusal.value.response.status_code == 503
+    assert b'4 clients are connected (max_clients)' in refusal.value.response.body
 
 
 def test_reading_only_refuses_what_moves(talk):

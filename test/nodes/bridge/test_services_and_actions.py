@@ -3,6 +3,7 @@
 """Services and actions in both directions, over a real connection."""
 
 import threading
+import time
 
 import pytest
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
@@ -22,9 +23,14 @@ class Served:
         self.server = ActionServer(
             node, LookupTransform, '/look', self.execute,
             callback_group=ReentrantCallbackGroup(),
-            goal_callback=lambda goal: GoalResponse.REJECT if goal.target_frame == 'no'
-            else GoalResponse.ACCEPT,
-            cancel_callback=self.cancel)
+            goal_callback=self.decide, cancel_callback=self.cancel)
+
+    def decide(self, goal):
+        """Reject a frame, and log why."""
+        if goal.target_frame != 'no':
+            return GoalResponse.ACCEPT
+        self.node.get_logger().error('there is no such frame')
+        return GoalResponse.REJECT
 
     async def execute(self, goal):
         """Wait for a cancel where the goal names the frame so, else succeed."""
@@ -134,7 +140,7 @@ def test_a_goal_is_cancelled_over_another_connection(talk, served):
 
 
 @pytest.mark.parametrize(('fields', 'text'), [
-    ({'args': {'target_frame': 'no'}}, 'rejected'),
+    ({'args': {'target_frame': 'no'}}, 'the server rejected the goal'),
     ({'action': '/lok'}, "no such action is served; did you mean '/look'?"),
     ({'action_type': 'tf2_msgs/LookupTransfrom'}, 'did you mean'),
     ({'args': {'frame': 'x'}}, 'frame: no such field'),
@@ -148,6 +154,16 @@ def test_a_goal_that_cannot_run_has_a_result(talk, served, fields, text):
     assert (answer['op'], answer['id'], answer['status'], answer['result']) == (
         'action_result', 1, 0, False)
     assert text in answer['values']
+
+
+def test_a_rejection_has_the_error_of_the_servers_log(talk, served):
+    """Once the log has found the bridge, which waits for it for a moment only."""
+    client, deadline, text = talk(), time.monotonic() + 30.0, ''
+    while text != '/look: the server rejected the goal: there is no such frame':
+        assert time.monotonic() < deadline, text
+        client.send('send_action_goal', action='/look', action_type=ACTION,
+                    args={'target_frame': 'no'})
+        text = client.until('action_result')['values']
 
 
 def test_a_client_serves_an_action(talk, peer):

@@ -28,11 +28,11 @@ class Listener(ServerListener):
 
     def on_subscribe(self, client: Any, channel: Any) -> None:
         """Read the topic."""
-        self._schedule(partial(self._server.subscribe, channel.topic))
+        self._schedule(partial(self._server.subscribe, channel.topic, client.id))
 
     def on_unsubscribe(self, client: Any, channel: Any) -> None:
         """Read the topic no more."""
-        self._schedule(partial(self._server.unsubscribe, channel.topic))
+        self._schedule(partial(self._server.unsubscribe, channel.topic, client.id))
 
     def on_get_parameters(self, client: Any, param_names: list[str],
                           request_id: str | None = None) -> list[Any]:

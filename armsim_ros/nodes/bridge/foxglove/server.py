@@ -7,7 +7,8 @@ from __future__ import annotations
 import asyncio
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 import secrets
 import time
 import traceback
@@ -38,15 +39,17 @@ from armsim_ros.nodes.serving.ports import ServingError
 _RENEWAL = 0.5
 #: How long the SDK's threads wait for an answer of the graph [s].
 _PATIENCE = 3.0
+#: The reader of topics that are recorded in any case.
+_RECORDING = 'mcap'
 
 
 @dataclass
 class Topic:
-    """A channel, and whether the topic is subscribed to in ROS."""
+    """A channel, and the clients and the recording that read it."""
 
     type_name: str
     channel: Any
-    is_read: bool = False
+    readers: set[Any] = field(default_factory=set)
     is_latched: bool = False
     newest: bytes = b''
 
@@ -70,6 +73,7 @@ class FoxgloveServer:
         self._controls = settings.foxglove == 'control'
         self._port = settings.foxglove_port
         self._gate: Gate | None = None
+        self._recording: Any = None
         self._graph = Graph(link)
         self._context = foxglove.Context()
         self._topics: dict[str, Topic] = {}
@@ -89,9 +93,14 @@ class FoxgloveServer:
         """
         Open the port.
 
-        :raises ServingError: it is taken.
+        :raises ServingError: it is taken, or the recording cannot be written.
         """
         settings = self._settings
+        if settings.mcap:
+            try:
+                self._recording = foxglove.open_mcap(settings.mcap, context=self._context)
+            except OSError as error:
+                raise ServingError(f'mcap {settings.mcap} cannot be written: {error}') from None
         capabilities = [Capability.ConnectionGraph, Capability.Parameters]
         if self._uses_sim_time():
             capabilities.append(Capability.Time)
@@ -123,13 +132,20 @@ class FoxgloveServer:
             self._commands.close()
         if self._server is not None:
             self._server.stop()
+        if self._recording is not None:
+            self._recording.close()
 
-    def subscribe(self, name: str) -> None:
-        """Read a topic, and send the newest sample of a latched topic again."""
+    def subscribe(self, name: str, reader: Any) -> None:
+        """
+        Read a topic, and send the newest sample of a latched topic again.
+
+        :param reader: the client's id, or what else reads it.
+        """
         topic = self._topics.get(name)
         if topic is None:
             return
-        if topic.is_read:
+        if topic.readers:
+            topic.readers.add(reader)
             if topic.is_latched and topic.newest:
                 topic.channel.log(topic.newest, log_time=time.time_ns())
             return
@@ -138,16 +154,18 @@ class FoxgloveServer:
         except ArmsimError:
             return
         profile = self._link.matching_profile(name)
-        topic.is_read = True
+        topic.readers.add(reader)
         topic.is_latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
         self._reader.add(name, kind, name, profile)
 
-    def unsubscribe(self, name: str) -> None:
-        """Read a topic no more, where no client is left."""
+    def unsubscribe(self, name: str, reader: Any) -> None:
+        """Read a topic no more, where no reader is left."""
         topic = self._topics.get(name)
-        if topic is not None and topic.is_read and not topic.channel.has_sinks():
-            topic.is_read, topic.newest = False, b''
-            self._reader.remove(name)
+        if topic is not None and reader in topic.readers:
+            topic.readers.discard(reader)
+            if not topic.readers:
+                topic.newest = b''
+                self._reader.remove(name)
 
     def show_graph(self, shown: bool) -> None:
         """Publish the connection graph from now on, or no more."""
@@ -219,6 +237,8 @@ class FoxgloveServer:
                 self._topics[name] = Topic(type_name, foxglove.Channel(
                     name, message_encoding='cdr', schema=topic_schema(type_name),
                     context=self._context))
+                if any(fnmatchcase(name, pattern) for pattern in self._settings.mcap_topics):
+                    self.subscribe(name, _RECORDING)
         if self._commands is not None:
             self._commands.renew(self._server, {
                 name: type_name for name, type_name in self._graph.services().items()

@@ -42,9 +42,11 @@ class RosApi:
     The services, and the topics that show which clients are connected.
 
     :param link: to the graph; its thread runs the node.
+    :param is_shared: whether there are ROS services, too.
     """
 
-    def __init__(self, link: BridgeLink, settings: BridgeSettings) -> None:
+    def __init__(self, link: BridgeLink, settings: BridgeSettings, *, is_shared: bool = True
+                 ) -> None:
         self._link = link
         self._graph = Graph(link)
         self._parameters = Parameters(link, settings.params_glob)
@@ -54,7 +56,8 @@ class RosApi:
             kind = getattr(srv, name)
             self.services[f'/rosapi/{service_name(name)}'] = kind, _responder(kind, answer)
         self._publishers: tuple[Any, Any] | None = None
-        link.in_thread(self._make)
+        if is_shared:
+            link.in_thread(self._make)
 
     def show_clients(self, clients: Iterable[Client]) -> None:
         """Publish which clients are connected."""
