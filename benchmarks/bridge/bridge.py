@@ -59,8 +59,8 @@ def main(options: Options) -> None:
             with running_suite(domain, Path(suite)) as (server, url):
                 peer_streams = stream_rows(domain, server, url, options)
                 peer_calls = command_rows(domain, server, url, '')
-        bare = {f'bare rclpy subscriber{word}': bare_row(domain, options, word)
-                for word in ('', ' raw')}
+        bare = {f'bare rclpy subscriber, {words}': bare_row(domain, options, words)
+                for words in ('joints', 'joints raw', 'picture raw')}
     publish(options.report, 'bridge', Table(
         'The bridge: processor time [% of a core], messages per second and client, delay '
         '(median, p99) [ms]; behind them the same of rosbridge_server',
@@ -122,16 +122,21 @@ Row = tuple[str, str, str, str]
 
 
 class Readers:
-    """Clients of a topic in a thread of their own."""
+    """
+    Clients of a topic in a thread of their own.
 
-    def __init__(self, url: str, topic: str, compression: str, clients: int) -> None:
+    :param kind: of ``STREAMS``.
+    """
+
+    def __init__(self, url: str, kind: str, compression: str, clients: int) -> None:
         self.counts = [0] * clients
         self.arrivals: list[float] = []
         self.delays: list[float] = []
         self.numbers: list[int] = []
         self._stop = threading.Event()
         self._thread = threading.Thread(
-            target=lambda: asyncio.run(self._run(url, topic, compression)), daemon=True)
+            target=lambda: asyncio.run(self._run(url, _subscription(kind, compression))),
+            daemon=True)
         self._thread.start()
 
     def close(self) -> None:
@@ -139,18 +144,17 @@ class Readers:
         self._stop.set()
         self._thread.join(10.0)
 
-    async def _run(self, url: str, topic: str, compression: str) -> None:
-        tasks = [asyncio.create_task(self._read(index, url, topic, compression))
+    async def _run(self, url: str, subscription: str) -> None:
+        tasks = [asyncio.create_task(self._read(index, url, subscription))
                  for index in range(len(self.counts))]
         while not self._stop.is_set():
             await asyncio.sleep(0.1)
         for task in tasks:
             task.cancel()
 
-    async def _read(self, index: int, url: str, topic: str, compression: str) -> None:
+    async def _read(self, index: int, url: str, subscription: str) -> None:
         async with connect(url, compression=None, max_size=None) as connection:
-            await connection.send(json.dumps(
-                {'op': 'subscribe', 'topic': topic, 'compression': compression}))
+            await connection.send(subscription)
             while True:
                 frame = await connection.recv()
                 self.counts[index] += 1
@@ -163,6 +167,12 @@ class Readers:
                     self.delays.append((time.time_ns() - sent) * 1e-6)
 
 
+def _subscription(kind: str, compression: str) -> str:
+    topic, message_type, _ = STREAMS[kind]
+    return json.dumps({'op': 'subscribe', 'topic': topic, 'compression': compression,
+                       'type': f'sensor_msgs/msg/{message_type.__name__}'})
+
+
 def stream_rows(domain: int, bridge: Program, url: str, options: Options) -> dict[str, Row]:
     """Return the figures of a server at rest and with each stream."""
     rows = {'idle, nobody connected': (percent(bridge, options.seconds), '', '', '')}
@@ -173,10 +183,10 @@ def stream_rows(domain: int, bridge: Program, url: str, options: Options) -> dic
     return rows
 
 
-def bare_row(domain: int, options: Options, word: str) -> Row:
+def bare_row(domain: int, options: Options, words: str) -> Row:
     """Return the processor time of a subscriber without a bridge."""
-    with publishing(domain, 'joints'), peer(
-            'bridge.streams', 'subscribe', 'joints', *word.split(), domain=domain,
+    with publishing(domain, words.split()[0]), peer(
+            'bridge.streams', 'subscribe', *words.split(), domain=domain,
             settled='ready') as bare:
         time.sleep(_SETTLED)
         return percent(bare, options.seconds), '', '', ''
@@ -185,10 +195,9 @@ def bare_row(domain: int, options: Options, word: str) -> Row:
 def stream_row(domain: int, bridge: Program, url: str, options: Options, kind: str,
                compression: str, clients: int) -> Row:
     """Return the figures of a topic with so many clients."""
-    topic = STREAMS[kind][0]
     with ExitStack() as stack:
         stack.enter_context(publishing(domain, kind))
-        readers = Readers(url, topic, compression, clients)
+        readers = Readers(url, kind, compression, clients)
         stack.callback(readers.close)
         time.sleep(_SETTLED)
         before, start = list(readers.counts), time.monotonic()
@@ -219,13 +228,14 @@ async def _command_rows(bridge: Program, url: str, local: str) -> dict[str, str]
     rows = {}
     async with connect(url, compression=None, max_size=None) as connection:
         async def call(service: str) -> float:
-            start = time.monotonic()
-            await connection.send(json.dumps({'op': 'call_service', 'service': service,
-                                              'id': 'call'}))
-            answer = json.loads(await connection.recv())
-            assert answer['result'] is True, answer
+            start, answer = time.monotonic(), {'result': False}
+            while not answer['result']:  # until the server has found the service
+                await connection.send(json.dumps({'op': 'call_service', 'service': service,
+                                                  'id': 'call'}))
+                answer = json.loads(await connection.recv())
             return (time.monotonic() - start) * 1e3
 
+        await call(_SERVICE)
         if local:
             times = [await call(local) for _ in range(500)]
             rows[f'{local}, median and p99 [ms]'] = (

@@ -23,7 +23,7 @@ def main(options: Options) -> None:
     with private_domain(DOMAINS) as domain, \
             running_bridge(domain, f'max_clients:={_CLIENTS + 50}') as (bridge, url), \
             publishing(domain, 'joints'), ClientNode(domain, 'benchmark') as client:
-        readers = Readers(url, '/joint_states', 'none', 1)
+        readers = Readers(url, 'joints', 'none', 1)
         time.sleep(2.0)
         process = bridge.process.pid
         for number in range(_ROUNDS + 1):

@@ -20,8 +20,9 @@ from websockets.exceptions import WebSocketException
 #: Nested too deeply, or never closed.
 BOMBS = ('{' * 4000 + '}' * 4000, '[' * 50_000 + ']' * 49_000, '{"a":' * 15_000)
 #: The words that random messages are made of.
-_WORDS: tuple[Any, ...] = ('op', 'topic', 'msg', '/seen', 'publish', 'subscribe', 'id', 'call_service', 'type',
-          'service', '/rosapi/get_time', 'sensor_msgs/JointState', None, True, -1, 1e400, [], {})
+_WORDS: tuple[Any, ...] = (
+    'op', 'topic', 'msg', '/seen', 'publish', 'subscribe', 'id', 'call_service', 'type', 'service',
+    '/rosapi/get_time', 'sensor_msgs/JointState', None, True, -1, 1e400, [], {})
 _SUBSCRIBE = '{"op": "subscribe", "topic": "/joint_states", "throttle_rate": 500}'
 #: Handshakes at the same time.
 _STEP = 20
