@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from armsim_ros.cli.arguments import FALSE_WORDS, TRUE_WORDS, UsageError
@@ -17,69 +17,59 @@ IGNORED = {
     'send_action_goals_in_new_thread': True, 'use_compression': False,
     'retry_startup_delay': 5.0, 'bson_only_mode': False,
 }
-#: Name -> default and what it means.
-_TABLE: dict[str, tuple[Any, str]] = {
-    'port': (9090, 'port of rosbridge; 0 takes any free port, which is printed'),
-    'address': ('127.0.0.1', 'address to listen at; others need a token, which is made'),
-    'url_path': ('/', 'path of the websocket'),
-    'certfile': ('', 'certificate for wss, with keyfile'),
-    'keyfile': ('', 'key for wss, with certfile'),
-    'token': ('', 'what each client must bring, as ?token=... or Authorization: Bearer'),
-    'origins': ('', 'pages of other sites that may connect, such as https://a.example,null'),
-    'topics_glob': ('', 'topics that may be used, such as [/sunday/*, /tf]'),
-    'services_glob': ('', 'services that may be called or served'),
-    'actions_glob': ('', 'actions that may be used or served'),
-    'params_glob': ('', 'parameters that may be read or set through rosapi'),
-    'read_only': (False, 'refuse everything that may change or move something'),
-    'max_message_size': (10_000_000, 'of a frame from a client [bytes]'),
-    'max_clients': (32, 'connections at the same time'),
-    'max_client_backlog': (16 << 20, 'what may wait for a slow client [bytes]'),
-    'fragment_timeout': (30.0, 'how long a fragmented message may stay incomplete [s]'),
-    'unregister_timeout': (1.0, 'how long a publisher stays after its last client [s]'),
-    'default_call_service_timeout': (0.0, 'longest wait for a service; 0 for ever [s]'),
-    'cancel_on_disconnect': (False, 'cancel the goals of a client that leaves'),
-    'websocket_ping_interval': (20.0, 'how often connections are checked; 0 never [s]'),
-    'websocket_ping_timeout': (30.0, 'how long a client may take to answer that [s]'),
-    'foxglove': ('false', 'serve Foxglove, too: false, read or control'),
-    'foxglove_port': (8765, 'port of Foxglove'),
-    'mcap': ('', 'file that records what clients of Foxglove read'),
-    'mcap_topics': ('', 'topics that it records in any case, such as [/sunday/*, /tf]'),
-    'packages_path': ('', 'folders that are searched first for packages of meshes'),
-    'near': ('', 'files of the robot; packages around them are found, too'),
-}
+
+
+def _setting(default: Any, text: str) -> Any:
+    return field(default=default, metadata={'text': text})
 
 
 @dataclass(frozen=True)
 class BridgeSettings:
     """The values, checked; a field per argument."""
 
-    port: int = 9090
-    address: str = '127.0.0.1'
-    url_path: str = '/'
-    certfile: str = ''
-    keyfile: str = ''
-    token: str = ''
-    origins: tuple[str, ...] = ()
-    topics_glob: tuple[str, ...] = ()
-    services_glob: tuple[str, ...] = ()
-    actions_glob: tuple[str, ...] = ()
-    params_glob: tuple[str, ...] = ()
-    read_only: bool = False
-    max_message_size: int = 10_000_000
-    max_clients: int = 32
-    max_client_backlog: int = 16 << 20
-    fragment_timeout: float = 30.0
-    unregister_timeout: float = 1.0
-    default_call_service_timeout: float = 0.0
-    cancel_on_disconnect: bool = False
-    websocket_ping_interval: float = 20.0
-    websocket_ping_timeout: float = 30.0
-    foxglove: str = 'false'
-    foxglove_port: int = 8765
-    mcap: str = ''
-    mcap_topics: tuple[str, ...] = ()
-    packages_path: str = ''
-    near: str = ''
+    port: int = _setting(9090, 'port of rosbridge; 0 takes any free port, which is printed')
+    address: str = _setting(
+        '127.0.0.1', 'address to listen at; others need a token, which is made')
+    url_path: str = _setting('/', 'path of the websocket')
+    certfile: str = _setting('', 'certificate for wss, with keyfile')
+    keyfile: str = _setting('', 'key for wss, with certfile')
+    token: str = _setting(
+        '', 'what each client must bring, as ?token=... or Authorization: Bearer')
+    origins: tuple[str, ...] = _setting(
+        (), 'pages of other sites that may connect, such as https://a.example,null')
+    topics_glob: tuple[str, ...] = _setting(
+        (), 'topics that may be used, such as [/sunday/*, /tf]')
+    services_glob: tuple[str, ...] = _setting((), 'services that may be called or served')
+    actions_glob: tuple[str, ...] = _setting((), 'actions that may be used or served')
+    params_glob: tuple[str, ...] = _setting(
+        (), 'parameters that may be read or set through rosapi')
+    read_only: bool = _setting(False, 'refuse everything that may change or move something')
+    max_message_size: int = _setting(10_000_000, 'of a frame from a client [bytes]')
+    max_clients: int = _setting(32, 'connections at the same time')
+    max_client_backlog: int = _setting(16 << 20, 'what may wait for a slow client [bytes]')
+    fragment_timeout: float = _setting(
+        30.0, 'how long a fragmented message may stay incomplete [s]')
+    unregister_timeout: float = _setting(
+        1.0, 'how long a publisher stays after its last client [s]')
+    default_call_service_timeout: float = _setting(
+        0.0, 'longest wait for a service; 0 for ever [s]')
+    cancel_on_disconnect: bool = _setting(False, 'cancel the goals of a client that leaves')
+    websocket_ping_interval: float = _setting(
+        20.0, 'how often connections are checked; 0 never [s]')
+    websocket_ping_timeout: float = _setting(30.0, 'how long a client may take to answer that [s]')
+    foxglove: str = _setting('false', 'serve Foxglove, too: false, read or control')
+    foxglove_port: int = _setting(8765, 'port of Foxglove')
+    mcap: str = _setting('', 'file that records what clients of Foxglove read')
+    mcap_topics: tuple[str, ...] = _setting(
+        (), 'topics that it records in any case, such as [/sunday/*, /tf]')
+    packages_path: str = _setting('', 'folders that are searched first for packages of meshes')
+    near: str = _setting('', 'files of the robot; packages around them are found, too')
+
+
+#: Name -> default and what it means; a list is text on the command line.
+_TABLE: dict[str, tuple[Any, str]] = {
+    each.name: ('' if each.default == () else each.default, each.metadata['text'])
+    for each in fields(BridgeSettings)}
 
 
 def help_text() -> str:
@@ -124,9 +114,9 @@ def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
             raise UsageError('bson_only_mode is not supported: messages are JSON or CBOR')
         if name in given or value != default:
             unused.append(name)
-    for name in ('topics_glob', 'services_glob', 'actions_glob', 'params_glob', 'origins',
-                 'mcap_topics'):
-        values[name] = _listed(values[name])
+    for each in fields(BridgeSettings):
+        if each.default == ():
+            values[each.name] = _listed(values[each.name])
     if bool(values['certfile']) != bool(values['keyfile']):
         raise UsageError('certfile and keyfile are given together, or neither')
     if values['read_only'] and values['foxglove'] == 'control':

@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip('foxglove')
 
 from mcap.reader import make_reader
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
@@ -115,6 +116,18 @@ def test_parameters_are_read_and_set(viewer, peer):
                              and message.get('id') == 'set')
     assert answer['parameters'][0]['value'] == 2.5
     assert peer.get_parameter('speed').value == 2.5
+    viewer.send('subscribeParameterUpdates', parameterNames=['/peer:speed'])
+    deadline, speed, seen = time.monotonic() + PATIENCE, 3.0, []
+    while not seen:  # the bridge's subscription has to be found first
+        assert time.monotonic() < deadline
+        peer.set_parameters([Parameter('speed', value=speed)])
+        speed += 1.0
+        viewer.send('getParameters', parameterNames=['/peer:speed'], id='next')
+        answer = viewer.wait_for(lambda message: isinstance(message, dict)
+                                 and message['op'] == 'parameterValues')
+        seen = [] if answer.get('id') == 'next' else answer['parameters']
+    assert seen[0]['name'] == '/peer:speed'
+    assert seen[0]['value'] >= 3.0
 
 
 def test_clients_publish_and_call(viewer, peer):
@@ -177,7 +190,8 @@ def test_reading_offers_no_commands(ros_domain_id, peer, tmp_path):
         viewer = Viewer(url)
         info = viewer.wait_for(lambda message: message['op'] == 'serverInfo')
         assert not {'clientPublish', 'services'} & set(info['capabilities'])
-        assert {'connectionGraph', 'parameters', 'assets'} <= set(info['capabilities'])
+        assert {'connectionGraph', 'parameters', 'parametersSubscribe', 'assets'} <= set(
+            info['capabilities'])
         channel = viewer.find('/recorded')
         assert list(viewer.offered) == ['/recorded']
         viewer.send('subscribe', subscriptions=[{'id': 1, 'channelId': channel['id']}])

@@ -37,12 +37,20 @@ class Listener(ServerListener):
     def on_get_parameters(self, client: Any, param_names: list[str],
                           request_id: str | None = None) -> list[Any]:
         """Return parameters."""
-        return self._server.parameters(param_names)
+        return self._server.read_parameters(param_names)
 
     def on_set_parameters(self, client: Any, parameters: list[Any],
                           request_id: str | None = None) -> list[Any]:
         """Set parameters, or return them unchanged."""
         return self._server.set_parameters(parameters)
+
+    def on_parameters_subscribe(self, param_names: list[str]) -> None:
+        """Follow parameters."""
+        self._schedule(partial(self._server.parameters.follow, param_names))
+
+    def on_parameters_unsubscribe(self, param_names: list[str]) -> None:
+        """Follow parameters no more."""
+        self._schedule(partial(self._server.parameters.forget, param_names))
 
     def on_connection_graph_subscribe(self) -> None:
         """Publish the graph."""

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import Future
-from contextlib import suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 import secrets
@@ -22,6 +21,7 @@ from rclpy.qos import QoSDurabilityPolicy
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.bridge.foxglove.commands import Commands
 from armsim_ros.nodes.bridge.foxglove.listener import Listener
+from armsim_ros.nodes.bridge.foxglove.parameters import SharedParameters
 from armsim_ros.nodes.bridge.foxglove.schemas import topic_schema
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -82,7 +82,10 @@ class FoxgloveServer:
         self._commands: Commands | None = None
         self._renewal: asyncio.Task[None] | None = None
         self._reader = TopicReader(link.node, link.schedule, self._deliver)
-        self._parameters = Parameters(link, settings.params_glob)
+        self.parameters = SharedParameters(
+            link, Parameters(link, settings.params_glob),
+            lambda values: self._server.publish_parameter_values(values),
+            lambda text: self._server.publish_status(text, foxglove.StatusLevel.Error))
 
     @property
     def url(self) -> str:
@@ -171,30 +174,15 @@ class FoxgloveServer:
         """Publish the connection graph from now on, or no more."""
         self._shows_graph = shown
 
-    def parameters(self, names: list[str]) -> list[Any]:
+    def read_parameters(self, names: list[str]) -> list[Any]:
         """Return parameters, all where no names are given; from a thread of the SDK."""
-        return self._wait(self._read_parameters(names)) or []
+        return self._wait(self.parameters.read(names)) or []
 
     def set_parameters(self, changed: list[Any]) -> list[Any]:
         """Set parameters where that is allowed, and return what they are then."""
         if self._controls:
-            self._wait(self._write_parameters(changed))
-        return self.parameters([parameter.name for parameter in changed])
-
-    async def _read_parameters(self, names: list[str]) -> list[Any]:
-        found = []
-        for name in names or await self._parameters.names():
-            with suppress(ArmsimError):
-                found.append(foxglove.Parameter(name, value=await self._parameters.value(name)))
-        return found
-
-    async def _write_parameters(self, changed: list[Any]) -> None:
-        for parameter in changed:
-            try:
-                await self._parameters.set_value(parameter.name, parameter.get_value())
-            except ArmsimError as error:
-                self._server.publish_status(f'{parameter.name}: {error}',
-                                            foxglove.StatusLevel.Error)
+            self._wait(self.parameters.write(changed))
+        return self.read_parameters([parameter.name for parameter in changed])
 
     def _asset(self, uri: str) -> bytes | None:
         parts = urlsplit(uri)

@@ -53,10 +53,7 @@ class Parameters:
         value = await self._value(node, name)
         if value.type == ParameterType.PARAMETER_NOT_SET:
             raise RefusalError(await self._no_such(node, name))
-        found = parameter_value_to_python(value)
-        if isinstance(found, (bool, int, float, str)):
-            return found
-        return [item[0] if isinstance(item, bytes) else item for item in found]
+        return plain_value(value)
 
     async def exists(self, full_name: str) -> bool:
         """Return whether a node has a parameter."""
@@ -161,6 +158,14 @@ class Parameters:
         hint = nearest(name, names)
         return (f'node {node} has no parameter {name}; '
                 + (f'{hint} ' if hint else '') + f'it has {", ".join(names[:_MOST_NAMES])}{more}')
+
+
+def plain_value(value: ParameterValue) -> Any:
+    """Return a value that is set; an array of bytes as integers."""
+    found = parameter_value_to_python(value)
+    if isinstance(found, (bool, int, float, str)):
+        return found
+    return [item[0] if isinstance(item, bytes) else item for item in found]
 
 
 def _to_value(value: Any, present: int) -> Any:
