@@ -10,8 +10,6 @@ import json
 import struct
 from typing import Any
 
-import cbor2
-
 from armsim_ros.nodes.bridge.conversion.png import to_png
 from armsim_ros.nodes.bridge.refusal import RefusalError
 from armsim_ros.nodes.serving.json_text import to_json
@@ -33,19 +31,14 @@ def to_frame(payload: bytes, *, binary: bool = False) -> bytes:
     return struct.pack('>BBQ', opcode, 127, size) + payload
 
 
-def encode(message: dict[str, Any], compression: str = 'none', fragment_size: int = 0
-           ) -> list[bytes]:
-    """Return the frames of a message."""
-    if compression in ('cbor', 'cbor-raw'):
-        return [to_frame(cbor2.dumps(message), binary=True)]
-    text = to_json(message)
+def text_frames(text: str, fragment_size: int = 0, compression: str = 'none') -> list[bytes]:
+    """
+    Return the frames of a text, as a picture where ``compression`` is png.
+
+    :param fragment_size: characters of a fragment; 0 for a single frame.
+    """
     if compression == 'png':
         text = to_json({'op': 'png', 'data': to_png(text)})
-    return text_frames(text, fragment_size)
-
-
-def text_frames(text: str, fragment_size: int = 0) -> list[bytes]:
-    """Return the frames of a text, in fragments of that many characters; 0 for a single frame."""
     if not fragment_size or len(text) <= fragment_size:
         return [to_frame(text.encode())]
     number = next(_numbers)

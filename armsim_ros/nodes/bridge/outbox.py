@@ -13,7 +13,6 @@ import cbor2
 from rclpy.serialization import deserialize_message
 
 from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values
-from armsim_ros.nodes.bridge.conversion.png import to_png
 from armsim_ros.nodes.bridge.frames import text_frames, to_frame
 from armsim_ros.nodes.serving.json_text import to_json
 
@@ -21,6 +20,8 @@ from armsim_ros.nodes.serving.json_text import to_json
 MOST_LARGE, MOST_SMALL = 2, 100
 #: From this size on a message counts as a picture [bytes].
 LARGE = 100_000
+#: From this size on it is encoded in a thread, so that other clients do not wait [bytes].
+_HUGE = 4 << 20
 
 
 class Sample:
@@ -58,9 +59,7 @@ class Sample:
                 binary=True)]
         text = (f'{{"op":"publish","topic":{json.dumps(topic)},'
                 f'"msg":{to_json(json_values(self._kind)(message))}}}')
-        if compression == 'png':
-            text = to_json({'op': 'png', 'data': to_png(text)})
-        return text_frames(text, fragment_size)
+        return text_frames(text, fragment_size, compression)
 
 
 class Waiting:
@@ -135,7 +134,9 @@ class Outbox:
                 sample = entry.sample
                 self._drop(entry)
                 if sample is not None:
-                    found: list[bytes] = entry.listener.frames(sample)
+                    found: list[bytes] = (
+                        entry.listener.frames(sample) if len(sample.raw) < _HUGE
+                        else await asyncio.to_thread(entry.listener.frames, sample))
                     return found
             self._news.clear()
             await self._news.wait()

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import array
-from base64 import b64encode
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 import sys
@@ -73,7 +72,7 @@ def _json_converter(kind: FieldType) -> Convert | None:
     if kind.kind is Kind.MESSAGE:
         return _nested(kind, json_values)
     if kind.is_bytes:
-        return lambda value: b64encode(value.tobytes()).decode('ascii')
+        return memoryview
     return _as_list(kind)
 
 

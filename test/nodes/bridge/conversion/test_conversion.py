@@ -50,7 +50,9 @@ def test_json_has_the_forms_of_rosbridge():
     assert to_json(json_values(JointState)(JointState(position=[1.0, math.nan, math.inf]))) == (
         '{"header":{"stamp":{"sec":0,"nanosec":0},"frame_id":""},"name":[],'
         '"position":[1.0,null,null],"velocity":[],"effort":[]}')
-    assert json_values(Image)(Image(data=b'abc'))['data'] == b64encode(b'abc').decode()
+    for data in (b'', b'abc', bytes(range(256)) * 2000):
+        assert json.loads(to_json(json_values(Image)(Image(data=data))))['data'] == b64encode(
+            data).decode()
     value = ParameterValue(byte_array_value=[b'\x01', b'\xff'])
     assert json_values(ParameterValue)(value)['byte_array_value'] == [1, 255]
     assert to_json(json_values(Int64)(Int64(data=2**63 - 1))) == '{"data":9223372036854775807}'
