@@ -12,9 +12,11 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterator
 from contextlib import contextmanager, ExitStack
+from itertools import pairwise
 import json
 import os
 from pathlib import Path
+import re
 import sys
 import threading
 import time
@@ -42,6 +44,8 @@ STREAM_ROWS = (
     ('picture', 'cbor', 1), ('fast', 'none', 10))
 #: A service of another process, and how many publications are sent.
 _SERVICE, _COMMANDS = '/bench_publish/list_parameters', 8000
+#: Large messages that are timed, and the stamp in their frames.
+_CLOUDS, _STAMP = 4, re.compile(rb'"sec":(\d+),"nanosec":(\d+)')
 #: What is not measured at the start of each phase [s].
 _SETTLED = 2.0
 
@@ -53,6 +57,7 @@ def main(options: Options) -> None:
         with running_bridge(domain) as (bridge, url):
             streams = stream_rows(domain, bridge, url, options)
             calls = command_rows(domain, bridge, url, '/rosapi/get_time')
+            calls |= cloud_rows(domain, url)
             end = f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.'
         peer_streams, peer_calls = {}, {}
         if suite:
@@ -212,6 +217,29 @@ def stream_row(domain: int, bridge: Program, url: str, options: Options, kind: s
     numbers = list(readers.numbers)
     lost = str(numbers[-1] - numbers[0] + 1 - len(numbers)) if numbers else ''
     return used, f'{min(rates):.1f}', lost, delay
+
+
+def cloud_rows(domain: int, url: str) -> dict[str, str]:
+    """Return how long a large message takes, and how long it holds another client up."""
+    with publishing(domain, 'joints'), publishing(domain, 'cloud'):
+        readers = Readers(url, 'joints', 'none', 1)
+        seconds = asyncio.run(_cloud_seconds(url))
+        readers.close()
+    gaps = [1e3 * (after - before) for before, after in pairwise(readers.arrivals)]
+    return {'50 MB PointCloud2, from its publisher to the client, JSON [s]': f'{seconds:.2f}',
+            'longest gap of another client at 50 Hz meanwhile [ms]': f'{max(gaps):.0f}'}
+
+
+async def _cloud_seconds(url: str) -> float:
+    seconds: list[float] = []
+    async with connect(url, compression=None, max_size=None) as connection:
+        await connection.send(_subscription('cloud', 'none'))
+        while len(seconds) < _CLOUDS:
+            found = _STAMP.search(await connection.recv(decode=False), 0, 500)
+            assert found is not None
+            sent = int(found[1]) * 10**9 + int(found[2])
+            seconds.append((time.time_ns() - sent) * 1e-9)
+    return median(seconds)
 
 
 def command_rows(domain: int, bridge: Program, url: str, local: str) -> dict[str, str]:

@@ -11,18 +11,21 @@ import time
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image, JointState, PointCloud2
 
 #: Kind -> topic, type, rate [Hz].
 STREAMS = {
     'joints': ('/joint_states', JointState, 50.0),
     'fast': ('/fast', JointState, 1000.0),
     'picture': ('/picture', Image, 30.0),
+    'cloud': ('/cloud', PointCloud2, 0.25),
 }
 
 
-def message_of(kind: str) -> JointState | Image:
-    """Return a message of usual size."""
+def message_of(kind: str) -> JointState | Image | PointCloud2:
+    """Return a message of usual size; a cloud is large."""
+    if kind == 'cloud':
+        return PointCloud2(data=bytes(50_000_000))
     if kind == 'picture':
         return Image(height=480, width=640, step=1920, encoding='rgb8', data=bytes(480 * 1920))
     names = [f'joint_{index}' for index in range(6)]
