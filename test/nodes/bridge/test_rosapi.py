@@ -8,7 +8,10 @@ import threading
 import time
 
 import pytest
+from rcl_interfaces.srv import ListParameters
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from rosapi_msgs.srv import TopicType
 from std_msgs.msg import Int32, String
 
@@ -130,6 +133,29 @@ def test_parameters_are_read_and_set(ask, known):
     assert ask('get_param', name='/nobody:x')['value'] == '""'
     assert ask('set_param', name='/peer:gain', value='"text"')['successful'] is False
     assert '/peer:gain' in ask('get_param_names')['names']
+
+
+def test_a_silent_node_blocks_no_question(ask, talk, peer):
+    """Its parameters are left out; what was asked after them is answered first."""
+    waiting = Future()
+
+    async def answer(_, response):
+        await waiting
+        return response
+
+    peer.create_service(ListParameters, '/silent/list_parameters', answer,
+                        callback_group=ReentrantCallbackGroup())
+    deadline = time.monotonic() + PATIENCE
+    while '/silent/list_parameters' not in ask('services')['services']:
+        assert time.monotonic() < deadline
+    client = talk()
+    for service in ('get_param_names', 'get_time'):
+        client.send('call_service', service=f'/rosapi/{service}', id=service)
+    assert client.until('service_response')['id'] == 'get_time'
+    names = client.until('service_response')['values']['names']
+    peer.executor.create_task(waiting.set_result, None)
+    assert '/peer:gain' in names
+    assert not any(name.startswith('/silent') for name in names)
 
 
 def test_services_of_ros_answer_the_same(peer, bridge, known):
