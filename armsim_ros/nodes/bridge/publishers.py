@@ -106,9 +106,8 @@ class Publishers:
             if entry is not None and type_name(entry.kind) != requested:
                 raise RefusalError(f'the topic has type {type_name(entry.kind)}, not {requested}')
             if entry is None:
-                profile = _profile(latch)
                 publisher = await self._link.run(
-                    lambda: self._link.node.create_publisher(kind, name, profile))
+                    lambda: self._link.node.create_publisher(kind, name, profile(latch)))
                 entry = self._entries[shared] = Entry(kind, publisher)
         entry.users.setdefault(client, set()).add(key)
         before = own.get(topic)
@@ -132,7 +131,8 @@ class Publishers:
             self._link.in_thread(lambda: self._link.node.destroy_publisher(entry.publisher))
 
 
-def _profile(latch: bool) -> QoSProfile:
+def profile(latch: bool = False) -> QoSProfile:
+    """Return what a publisher of a client offers."""
     common = {'reliability': QoSReliabilityPolicy.RELIABLE,
               'durability': QoSDurabilityPolicy.TRANSIENT_LOCAL}
     if latch:

@@ -22,13 +22,22 @@ NODE_MODULES, AGENT_ENVIRONMENT = 'ARMSIM_TEST_NODE_MODULES', 'ARMSIM_TEST_ROS_M
 
 
 @pytest.fixture(scope='module')
-def port():
-    """Run the default robot with a bridge, and return the bridge's port."""
+def ports():
+    """Run the default robot with a bridge, and return name of a protocol -> its port."""
+    foxglove = ['foxglove:=control', 'foxglove_port:=0'] if find_spec('foxglove') else []
     with private_domain() as domain, start_program('bringup', domain) as stack, \
-            start_program('bridge', domain, 'port:=0') as bridge:
-        line = bridge.wait_for_line('rosbridge: ws', 30)
+            start_program('bridge', domain, 'port:=0', *foxglove) as bridge:
+        names = ('rosbridge', 'foxglove')[:2 if foxglove else 1]
+        lines = [bridge.wait_for_line(f'{name}: ws', 30) for name in names]
         stack.wait_for_line('You can start planning now!', 60)
-        yield line.rpartition(':')[2].strip()
+        yield {name: line.rpartition(':')[2].strip()
+               for name, line in zip(names, lines, strict=True)}
+
+
+@pytest.fixture
+def port(ports):
+    """Return the port of rosbridge."""
+    return ports['rosbridge']
 
 
 def run(words, port, **options):
@@ -45,6 +54,14 @@ def test_roslibpy(port):
         pytest.skip('roslibpy is not installed')
     text = run([sys.executable, EXAMPLES / 'bridge_roslibpy.py'], port)
     assert 'status SUCCEEDED, error code 1' in text
+
+
+def test_foxglove(ports):
+    """A trajectory as JSON to the controller, and serialized joint states."""
+    if 'foxglove' not in ports:
+        pytest.skip('foxglove-sdk is not installed')
+    text = run([sys.executable, EXAMPLES / 'bridge_foxglove.py'], ports['foxglove'])
+    assert 'mrad from the target' in text
 
 
 def test_compas_fab(port):

@@ -14,14 +14,12 @@ import foxglove
 from rclpy.serialization import deserialize_message, serialize_message
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.conversion.incoming import to_message
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.foxglove.schemas import service_schema
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.permissions import Permissions
-from armsim_ros.nodes.serving.json_text import to_json
+from armsim_ros.nodes.bridge.publishers import profile
 
 #: The longest wait for a service [s].
 _PATIENCE = 60.0
@@ -50,7 +48,7 @@ class Commands:
         except ArmsimError as error:
             self._link.node.get_logger().warning(f'foxglove: {topic}: {error}')
             return
-        publisher = self._link.node.create_publisher(kind, name, qos.DIAGNOSTICS)
+        publisher = self._link.node.create_publisher(kind, name, profile())
         self._publishers[key] = kind, encoding, publisher
 
     def unadvertise(self, key: Key) -> None:
@@ -91,11 +89,7 @@ class Commands:
     def _handle(self, name: str, type_name: str, request: Any) -> bytes:
         """Call a service; in a thread of the SDK, which reports what is raised."""
         kind = load(type_name, 'srv')
-        plain = request.encoding == 'json'
-        message = (to_message(kind.Request, json.loads(request.payload), self._link.now) if plain
-                   else deserialize_message(request.payload, kind.Request))
+        message = deserialize_message(request.payload, kind.Request)
         response = asyncio.run_coroutine_threadsafe(
             self._link.call_when_ready(kind, name, message), self._link.loop).result(_PATIENCE)
-        if plain:
-            return to_json(json_values(kind.Response)(response)).encode()
         return bytes(serialize_message(response))
