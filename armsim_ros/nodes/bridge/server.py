@@ -19,6 +19,7 @@ from websockets.protocol import State
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.bridge.turns import Turns
 from armsim_ros.nodes.serving.access import AccessRules, answer
 from armsim_ros.nodes.serving.ports import free_port, ServingError, shown_host, silent_logger
 from armsim_ros.nodes.serving.rate_limit import RateLimit
@@ -73,6 +74,7 @@ class BridgeServer:
         self.port = settings.port
         self._server: Server | None = None
         self._admitted = 0
+        self._turns = Turns()
         self._rules = bridge_rules(settings, token, settings.port, settings.url_path)
 
     @property
@@ -169,17 +171,14 @@ class BridgeServer:
         clock = asyncio.get_running_loop().time
         messages = RateLimit(MESSAGE_RATE, MESSAGE_RATE)
         sizes = RateLimit(BYTE_RATE, BYTE_RATE)
-        count = 0
         while True:
             frame = await connection.recv()
             now = clock()
             delay = max(messages.delay(now), sizes.delay(now, len(frame)))
             if delay:
                 await asyncio.sleep(delay)
+            await self._turns.take()
             await self._receive(client, frame)
-            count += 1
-            if count % 32 == 0:
-                await asyncio.sleep(0)  # frames that were read ahead must not hold others up
 
 
 async def _send_all(client: Client, connection: ServerConnection) -> None:

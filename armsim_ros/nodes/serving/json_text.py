@@ -10,7 +10,7 @@ import math
 import secrets
 from typing import Any
 
-#: Stands for bytes until the text is complete; no text of a message can contain it.
+#: Replaces bytes until the text is complete; no text of a message can contain it.
 _MARK = secrets.token_hex(16)
 #: Bytes are encoded in pieces, so that other threads do not wait; a multiple of three.
 _PIECE = 3 << 16

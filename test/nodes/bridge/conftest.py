@@ -110,3 +110,4 @@ def peer():
     yield node
     context.try_shutdown()
     thread.join(5.0)
+    node.destroy_node()
