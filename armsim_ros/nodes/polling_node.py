@@ -10,6 +10,7 @@ from functools import partial
 import inspect
 import traceback
 from typing import Any
+import weakref
 
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
@@ -32,6 +33,21 @@ _RCLPYS = ('rcl_interfaces', 'type_description_interfaces')
 Answer = Callable[[Any, Any], Any]
 
 
+class LiveReferences(set[Any]):
+    """The entities of a callback group, which rclpy would refer to for ever."""
+
+    def add(self, reference: Any) -> None:
+        """Keep a weak reference until its entity is gone."""
+        super().add(weakref.ref(reference(), self.discard))
+
+
+def keep_live(group: CallbackGroup) -> CallbackGroup:
+    """Let a group whose entities come and go forget those that have gone; return it."""
+    if type(group.entities) is set:
+        group.entities = LiveReferences(group.entities)
+    return group
+
+
 class GuardedNode(Node):
     """
     A node that answers a request even where the code that should has failed.
@@ -46,6 +62,7 @@ class GuardedNode(Node):
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
+        keep_live(self.default_callback_group)
         for service in self.services:
             if service.srv_type is GetTypeDescription:  # made past create_service
                 service.callback = self._guarded(service.srv_type, service.callback)
@@ -105,6 +122,10 @@ class GuardedNode(Node):
 
 class OutsideExecutors(CallbackGroup):
     """The group of entities that no executor waits for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        keep_live(self)
 
     def can_execute(self, entity: Any) -> bool:
         """Return that an executor must leave it alone."""

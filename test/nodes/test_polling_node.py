@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node whose topics wake nobody but who waits for them."""
 
+import gc
+
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -9,7 +11,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Int32
 
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.polling_node import OutsideExecutors, PollingNode
 
 
 @pytest.fixture
@@ -41,3 +43,17 @@ def test_waits_for_a_message(node):
     assert taken == [2]
     assert not wait(0.0)
     assert other.handle
+
+
+def test_endpoints_that_are_gone_are_forgotten(node):
+    """A program may make and destroy them for as long as it runs."""
+    groups = [node.default_callback_group, OutsideExecutors()]
+    before = [len(group.entities) for group in groups]
+    for _ in range(3):
+        for group in groups:
+            node.destroy_publisher(node.create_publisher(
+                Int32, 'numbers', 1, callback_group=group))
+            node.destroy_subscription(node.create_subscription(
+                Int32, 'numbers', lambda _: None, 1, callback_group=group))
+    gc.collect()
+    assert [len(group.entities) for group in groups] == before

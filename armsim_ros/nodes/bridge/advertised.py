@@ -15,6 +15,7 @@ from rclpy.task import Future
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+from armsim_ros.nodes.polling_node import keep_live
 
 
 @dataclass(eq=False)
@@ -38,7 +39,7 @@ class Advertised(ABC):
 
     def __init__(self, link: BridgeLink) -> None:
         self._link = link
-        self._group = ReentrantCallbackGroup()
+        self._group = keep_live(ReentrantCallbackGroup())
         self._served: dict[str, Served] = {}
         self._numbers = itertools.count(1)
 
