@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from http import HTTPStatus
 import ssl
 from typing import Any
@@ -21,13 +21,12 @@ from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
 from armsim_ros.nodes.serving.access import AccessRules, answer
+from armsim_ros.nodes.serving.gate import HANDSHAKE, MOST_HANDSHAKES
 from armsim_ros.nodes.serving.ports import free_port, ServingError, shown_host, silent_logger
 from armsim_ros.nodes.serving.rate_limit import RateLimit
 
 #: What a client may send: messages and bytes per second; a burst is a second's worth.
 MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)
-#: Handshakes at the same time, and how long one may take [s].
-_MOST_HANDSHAKES, _HANDSHAKE = 30, 5.0
 #: Frames of a client that are read ahead.
 _READ_AHEAD = 4
 #: What a connection buffers before the client has to take it [bytes].
@@ -41,7 +40,7 @@ class _Connection(ServerConnection):
     pending: set[ServerConnection]
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        if len(self.pending) >= _MOST_HANDSHAKES and isinstance(transport, asyncio.Transport):
+        if len(self.pending) >= MOST_HANDSHAKES and isinstance(transport, asyncio.Transport):
             transport.abort()
         self.pending.add(self)
         super().connection_made(transport)
@@ -97,7 +96,7 @@ class BridgeServer:
         self._server = await serve(
             self._serve, settings.address, settings.port, process_request=self._admit,
             compression=None, max_size=settings.max_message_size, max_queue=_READ_AHEAD,
-            open_timeout=_HANDSHAKE, close_timeout=1.0, write_limit=_WRITE_LIMIT,
+            open_timeout=HANDSHAKE, close_timeout=1.0, write_limit=_WRITE_LIMIT,
             ping_interval=settings.websocket_ping_interval or None,
             ping_timeout=settings.websocket_ping_timeout or None,
             logger=silent_logger(__name__), server_header=None, create_connection=kind,
@@ -207,14 +206,16 @@ def _is_open(connection: ServerConnection) -> bool:
     return connection.state is State.OPEN
 
 
-def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/') -> AccessRules:
+def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/',
+                 origins: Sequence[str] = ()) -> AccessRules:
     """
     Return the rules of a port of the bridge.
 
     :param token: what a client must bring; '' admits all.
+    :param origins: pages that may connect besides those of the settings.
     """
     return AccessRules(
-        settings.address, token, origins=settings.origins, local_pages=True,
+        settings.address, token, origins=(*settings.origins, *origins), local_pages=True,
         host_refusal='this bridge serves its own machine; for another name start it with '
                      'origins:=http://NAME\n',
         origin_refusal='a page of {origin} may not use this bridge; start it with '

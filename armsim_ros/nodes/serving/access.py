@@ -60,8 +60,8 @@ class AccessRules:
         return None
 
     def _is_own_name(self, name: str) -> bool:
-        return is_loopback(name) or name == self.host or any(
-            name == _name_of(origin) for origin in self.origins)
+        return is_loopback(name) or name == self.host or (name != '' and any(
+            name == _name_of(origin) for origin in self.origins))
 
     def _admits_page(self, origin: str, host: str) -> bool:
         if origin in self.origins:

@@ -16,8 +16,10 @@ from websockets.streams import StreamReader as Bytes
 from armsim_ros.nodes.serving.access import AccessRules, answer
 from armsim_ros.nodes.serving.ports import free_port
 
-#: Of the head of a request [bytes]; how long it may take [s]; how many may be incomplete.
-_MOST, _HANDSHAKE, _MOST_HANDSHAKES = 1 << 14, 5.0, 30
+#: Handshakes at the same time, and how long one may take [s].
+MOST_HANDSHAKES, HANDSHAKE = 30, 5.0
+#: Of the head of a request [bytes].
+_MOST = 1 << 14
 _CHUNK = 1 << 16
 _END = b'\r\n\r\n'
 
@@ -63,11 +65,11 @@ class Gate:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         try:
-            if self._pending >= _MOST_HANDSHAKES:
+            if self._pending >= MOST_HANDSHAKES:
                 return
             self._pending += 1
             try:
-                head = await asyncio.wait_for(reader.readuntil(_END), _HANDSHAKE)
+                head = await asyncio.wait_for(reader.readuntil(_END), HANDSHAKE)
             finally:
                 self._pending -= 1
             refusal = self._refusal(head)

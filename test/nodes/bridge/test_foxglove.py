@@ -164,9 +164,10 @@ def test_clients_publish_and_call(viewer, peer):
 
 
 @pytest.mark.parametrize(('headers', 'status'), [
-    ({'Origin': 'https://evil.example'}, 403), ({'Host': 'evil.example'}, 403)])
+    ({'Origin': 'https://evil.example'}, 403), ({'Host': 'evil.example'}, 403),
+    ({'Origin': 'file://'}, 403), ({'Origin': 'https://app.foxglove.dev'}, 101)])
 def test_foreign_pages_are_refused(bridge, headers, status):
-    """By the rules of the bridge, which stand before the SDK's server."""
+    """By the rules of the bridge; Foxglove's own page may connect."""
     url = bridge.wait_for_line('foxglove: ws', 30).partition('foxglove: ')[2].strip()
     connection = http.client.HTTPConnection(url.removeprefix('ws://'), timeout=10)
     connection.request('GET', '/', headers={

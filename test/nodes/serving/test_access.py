@@ -30,6 +30,7 @@ def test_a_loopback_server_answers_to_loopback_names(name, expected):
     """A name that another site points at this machine is refused."""
     assert status(Host=name) == expected
     assert status(Host='a.example', origins=['https://a.example']) == 0
+    assert status(Host='', origins=['null', 'file://']) == 403
 
 
 @pytest.mark.parametrize(('origin', 'expected'), [

@@ -39,6 +39,8 @@ from armsim_ros.nodes.serving.ports import ServingError
 _RENEWAL = 0.5
 #: How long the SDK's threads wait for an answer of the graph [s].
 _PATIENCE = 3.0
+#: Foxglove's own pages, and its program for desktops, whose origin is that of any local file.
+_APP, _DESKTOP = ('https://app.foxglove.dev', 'https://studio.foxglove.dev'), 'file://'
 #: The reader of topics that are recorded in any case.
 _RECORDING = 'mcap'
 
@@ -116,8 +118,9 @@ class FoxgloveServer:
             capabilities=capabilities, supported_encodings=['cdr', 'json'],
             server_listener=Listener(self, self._commands), asset_handler=self._asset,
             context=self._context)
-        self._gate = Gate(bridge_rules(settings, self._token, self._port),
-                          (host, self._server.port), settings.max_clients)
+        rules = bridge_rules(settings, self._token, self._port,
+                             origins=_APP if self._controls else (*_APP, _DESKTOP))
+        self._gate = Gate(rules, (host, self._server.port), settings.max_clients)
         try:
             self._port = await self._gate.open(settings.address, self._port, tls(settings))
         except ServingError as error:
