@@ -29,6 +29,8 @@ from armsim_ros.nodes.serving.rate_limit import RateLimit
 MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)
 #: Frames of a client that are read ahead.
 _READ_AHEAD = 4
+#: What is read of a connection in a pass of the event loop [bytes].
+_READ_SIZE = 1 << 13
 #: What a connection buffers before the client has to take it [bytes].
 _WRITE_LIMIT = 1 << 16
 _OVERFLOW = 1013
@@ -43,6 +45,8 @@ class _Connection(ServerConnection):
         if len(self.pending) >= MOST_HANDSHAKES and isinstance(transport, asyncio.Transport):
             transport.abort()
         self.pending.add(self)
+        # asyncio's own size holds thousands of short frames, which are parsed at once.
+        transport.max_size = _READ_SIZE  # type: ignore[attr-defined] # of its socket transports
         super().connection_made(transport)
 
     def connection_lost(self, exc: Exception | None) -> None:
