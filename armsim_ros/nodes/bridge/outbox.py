@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from concurrent.futures import ThreadPoolExecutor
 import json
 from typing import Any
 
@@ -22,6 +23,7 @@ MOST_LARGE, MOST_SMALL = 2, 100
 LARGE = 100_000
 #: From this size on it is encoded in a thread, so that other clients do not wait [bytes].
 _HUGE = 4 << 20
+_ENCODER = ThreadPoolExecutor(1, 'encoding')
 
 
 class Sample:
@@ -136,7 +138,8 @@ class Outbox:
                 if sample is not None:
                     found: list[bytes] = (
                         entry.listener.frames(sample) if len(sample.raw) < _HUGE
-                        else await asyncio.to_thread(entry.listener.frames, sample))
+                        else await asyncio.get_running_loop().run_in_executor(
+                            _ENCODER, entry.listener.frames, sample))
                     return found
             self._news.clear()
             await self._news.wait()
