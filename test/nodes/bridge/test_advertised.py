@@ -1,0 +1,158 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Services and actions that clients serve, without a middleware."""
+
+import asyncio
+from types import SimpleNamespace
+
+from action_msgs.msg import GoalStatus
+import pytest
+from std_srvs.srv import SetBool
+from tf2_msgs.action import LookupTransform
+
+from armsim_ros.nodes.bridge import advertised_actions
+from armsim_ros.nodes.bridge.advertised_actions import AdvertisedActions
+from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
+from armsim_ros.nodes.bridge.refusal import RefusalError
+
+
+class Link:
+    """The part of a link that they use; both threads are the test's."""
+
+    def __init__(self):
+        self.loop = asyncio.get_running_loop()
+        self.node, self.destroyed, self.callbacks = self, [], []
+
+    async def run(self, work):
+        """Do it now."""
+        return work()
+
+    def in_thread(self, work):
+        """Do it now."""
+        work()
+
+    def schedule(self, work):
+        """Do it soon."""
+        self.loop.call_soon(work)
+
+    def settle(self, waiting, value):
+        """Let what waits go on."""
+        if not waiting.done():
+            waiting.set_result(value)
+
+    def now(self):
+        """Return a time."""
+        return 1, 2
+
+    def expand(self, name, *, service=False):
+        """Return a full name."""
+        return name
+
+    async def load(self, name, group):
+        """Return the type of these tests."""
+        return {'srv': SetBool, 'action': LookupTransform}[group]
+
+    def create_service(self, kind, name, callback, callback_group):
+        """Keep what answers."""
+        self.callbacks.append(callback)
+        return name
+
+    def destroy_service(self, service):
+        """Note it."""
+        self.destroyed.append(service)
+
+    def get_logger(self):
+        """Return what keeps silent."""
+        return SimpleNamespace(warning=lambda _: None)
+
+
+class Client:
+    """A client that keeps what it is sent."""
+
+    def __init__(self):
+        self.is_open, self.sent = True, asyncio.Queue()
+
+    def send(self, message):
+        """Keep it."""
+        self.sent.put_nowait(message)
+
+
+class Goal:
+    """A goal, and how it ended."""
+
+    request = LookupTransform.Goal(target_frame='tool')
+    is_cancel_requested = is_active = True
+
+    def __init__(self):
+        self.outcomes = []
+
+    def __getattr__(self, name):
+        return lambda *_: self.outcomes.append(name)
+
+
+def test_a_service_belongs_to_its_client():
+    """It answers by id; another client is refused, and one that leaves gives default values."""
+    async def run():
+        link, client = Link(), Client()
+        services = AdvertisedServices(link, 0.0)
+        await services.advertise(client, {'service': '/mine', 'type': 'std_srvs/SetBool'})
+        with pytest.raises(RefusalError, match='another client serves it'):
+            await services.advertise(Client(), {'service': '/mine', 'type': 'std_srvs/SetBool'})
+
+        def call():
+            return asyncio.ensure_future(
+                link.callbacks[0](SetBool.Request(data=True), SetBool.Response()))
+
+        first, second = call(), call()
+        requests = [await client.sent.get(), await client.sent.get()]
+        assert requests[0] == {'op': 'call_service', 'id': 'service_request:/mine:1',
+                               'service': '/mine', 'args': {'data': True}}
+        await services.respond(client, {'id': requests[1]['id'], 'values': {'message': 'done'}})
+        assert (await second).message == 'done'
+        with pytest.raises(RefusalError, match='no request'):
+            await services.respond(Client(), {'id': requests[0]['id']})
+        await services.drop(client)
+        assert (await first, link.destroyed) == (SetBool.Response(), ['/mine'])
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize(('answer', 'outcome'), [
+    ({'status': GoalStatus.STATUS_SUCCEEDED, 'result': True}, 'succeed'),
+    ({'status': GoalStatus.STATUS_CANCELED, 'result': True}, 'canceled'),
+    ({'result': False}, 'abort'),
+    (None, 'abort'),
+], ids=['succeeded', 'canceled', 'failed', 'gone'])
+def test_a_goal_ends_as_its_client_says(monkeypatch, answer, outcome):
+    """With feedback before; without the client it is aborted."""
+    made = []
+
+    def server(*arguments, cancel_callback, **_):
+        made.append((*arguments, cancel_callback))
+        return SimpleNamespace(destroy=lambda: made.append('destroyed'))
+
+    monkeypatch.setattr(advertised_actions, 'ActionServer', server)
+    monkeypatch.setattr(advertised_actions, '_LAST_RESULTS', 0.0)
+
+    async def run():
+        client, goal = Client(), Goal()
+        actions = AdvertisedActions(Link())
+        await actions.advertise(client, {'action': '/do', 'type': 'tf2_msgs/LookupTransform'})
+        *_, execute, cancel = made[0]
+        ended = asyncio.ensure_future(execute(goal))
+        sent = await client.sent.get()
+        assert (sent['op'], sent['action_type'], sent['args']['target_frame']) == (
+            'send_action_goal', 'tf2_msgs/action/LookupTransform', 'tool')
+        await actions.feedback(client, {'id': sent['id'], 'values': {}})
+        cancel(goal)
+        assert await client.sent.get() == {
+            'op': 'cancel_action_goal', 'id': sent['id'], 'action': '/do'}
+        if answer is None:
+            await actions.drop(client)
+            assert made[-1] == 'destroyed'
+        else:
+            await actions.result(client, {'id': sent['id'], **answer})
+        assert isinstance(await ended, LookupTransform.Result)
+        assert goal.outcomes == ['publish_feedback', outcome]
+
+    asyncio.run(run())
