@@ -76,7 +76,8 @@ def _plans(sim: ArmSim) -> tuple[list[float], int]:
             for turn in (-0.9 * side, 0.9 * side))
         sim.scene.set_positions(start)
         request = MotionPlanRequest(
-            group_name='panda_arm', goal_constraints=(Constraints.of_joints(goal),), seed=number + 1)
+            group_name='panda_arm', goal_constraints=(Constraints.of_joints(goal),),
+            seed=number + 1)
         begin = time.process_time()
         response = sim.planner.plan(request, sim.scene.snapshot(), clock=CountingClock())
         if number >= 0:  # the first makes tables that the others use

@@ -20,6 +20,9 @@ CLOUDS = 'occupancy_map_monitor/PointCloudOctomapUpdater'
 DEPTH_IMAGES = 'occupancy_map_monitor/DepthImageOctomapUpdater'
 #: Edge of a cell where no file gives it [m], as upstream.
 USUAL_RESOLUTION = 0.1
+#: Noise of a depth image by the square of the depth [m/m^2]: an eighth of a pixel of disparity
+#: at a focal length of 525 pixels and a base line of 75 mm, upstream's model of every camera.
+DEPTH_NOISE = 0.125 / (525.0 * 0.075)
 #: With the cameras of simulation.yaml and no file.
 CAMERA_RESOLUTION = 0.025
 
@@ -54,7 +57,7 @@ class DepthImageSensor(Settings):
     padding_offset: float = parameter(
         0.02, 'robot and objects are grown by this much where points are left out [m]', ge=0.0)
     padding_scale: float = parameter(
-        0.0, 'and are so many times as large; 0 is their own size', ge=0.0)
+        0.0, f'and by this times {DEPTH_NOISE:g} of the square of their depth [m]', ge=0.0)
     skip_vertical_pixels: int = parameter(4, 'rows left out above and below', ge=0)
     skip_horizontal_pixels: int = parameter(6, 'columns left out left and right', ge=0)
     max_update_rate: float = parameter(0.0, 'images a second at most; 0 takes all [Hz]', ge=0.0)

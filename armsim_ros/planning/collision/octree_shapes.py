@@ -29,8 +29,8 @@ def octree_shapes(octomap: Octomap) -> tuple[PlacedTree, ...]:
     Return the octrees of coal that are the occupied cells of a map, and where they are in it.
 
     coal's trees have leaves of one size. A leaf of several cells is a cell of a coarser tree: to
-    divide it would take eight cells for each level. Cells that are apart are in trees of their own.
-    Made once for a map.
+    divide it would take eight cells for each level. Cells that are apart are in trees of their
+    own. Made once for a map.
     """
     found = _made.get(octomap)
     if found is None:

@@ -29,6 +29,7 @@ class Sight:
     :param q: (n,) the robot's state at that time.
     :param scale: factor of the size of the bodies.
     :param offset: [m] by which they are grown.
+    :param spread: further growth [m/m^2] by the square of their depth.
     """
 
     points: Floats
@@ -39,6 +40,7 @@ class Sight:
     q: Vector
     scale: float = 1.0
     offset: float = 0.0
+    spread: float = 0.0
 
 
 class SceneMap:
@@ -77,8 +79,8 @@ class SceneMap:
         """
         to_map = inverse_pose(pose)
         bodies = _moved(known_bodies(
-            self._scene.kinematic_model, sight.content, sight.q, sight.scale, sight.offset),
-            to_map)
+            self._scene.kinematic_model, sight.content, sight.q, sight.scale, sight.offset,
+            sight.spread, sight.sensor), to_map)
         measurement = Measurement(
             sight.points, to_map @ sight.sensor, sight.max_range, sight.beyond)
         known = self._epoch if epoch is None else epoch

@@ -22,6 +22,8 @@ from armsim_ros.planning.scene.content import SceneContent
 
 #: Solids that are kept prepared.
 _KEPT = 4096
+#: Growth that depends on the depth is a multiple of this [m].
+_STEP = 0.005
 
 
 class Solid:
@@ -110,7 +112,8 @@ def _solid(geometry: Geometry, scale: float, offset: float) -> Solid:
 
 
 def known_bodies(
-    kinematics: KinematicModel, content: SceneContent, q: Vector, scale: float, offset: float
+    kinematics: KinematicModel, content: SceneContent, q: Vector, scale: float, offset: float,
+    spread: float = 0.0, sensor: Matrix | None = None,
 ) -> list[PlacedSolid]:
     """
     Return all that a scene knows: links, what they carry, and objects of the world.
@@ -118,8 +121,17 @@ def known_bodies(
     :param q: (n,) robot state.
     :param scale: factor of the size of all.
     :param offset: [m] by which all are grown.
+    :param spread: further growth [m/m^2] by the square of a body's depth before the sensor.
+    :param sensor: (4, 4) pose of the sensor, which looks along z.
     """
-    return [(_solid(geometry, scale, offset), pose)
+    def growth(solid: Solid, pose: Matrix) -> float:
+        if sensor is None or not spread:
+            return offset
+        centre = pose[:3, :3] @ solid.centre + pose[:3, 3] - sensor[:3, 3]
+        depth = max(0.0, float(sensor[:3, 2] @ centre))
+        return offset + _STEP * math.ceil(spread * depth * depth / _STEP)
+
+    return [(_solid(geometry, scale, growth(_solid(geometry, scale, offset), pose)), pose)
             for geometry, pose in _known_shapes(kinematics, content, q)]
 
 

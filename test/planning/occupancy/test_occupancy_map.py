@@ -173,6 +173,10 @@ def test_scene_knows_links_loads_and_objects(arm):
     middle = scene.kinematic_model.link_pose(q, link) @ arm.links[link].collisions[0].origin
     points = np.array([[2.05, 0, 0], load[:3, 3], middle[:3, 3], [2.2, 0, 0], [0, 0, 9]])
     assert inside_any(points, bodies).tolist() == [True, True, True, False, False]
+    # At 2 m from a sensor at the origin that looks along x, by 0.01 m/m^2 * (2 m)^2.
+    bodies = known_bodies(scene.kinematic_model, scene.content, q, 1.0, 0.0, 0.01, pose_matrix(
+        (0, 0, 0), (0, np.pi / 2, 0)))
+    assert inside_any(np.array([[2.139, 0, 0], [2.141, 0, 0]]), bodies).tolist() == [True, False]
 
 
 def test_a_changed_object_empties_its_cells(arm):

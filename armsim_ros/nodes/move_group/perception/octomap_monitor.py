@@ -13,6 +13,8 @@ from rclpy.clock import Clock, ClockType
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.move_group.sensors_3d import (
+    DEPTH_NOISE,
+    DepthImageSensor,
     OctomapSettings,
     read_sensors,
     Sensor,
@@ -216,11 +218,13 @@ class OctomapMonitor:
         sensor, updater = self._sensors[name], self._updaters[name]
         parsed = updater.parse(message)
         sight = Sight(parsed.points, parsed.max_range, parsed.beyond, sensor_pose, *place,
-                      _scale(sensor), sensor.padding_offset)
+                      *_growth(sensor))
         kept = self._scene_map.add(sight, map_pose, epoch)
         updater.publish_filtered(message, parsed, kept)
 
 
-def _scale(sensor: Sensor) -> float:
-    """Return the factor of the size of bodies; 0 is their own size."""
-    return sensor.padding_scale or 1.0
+def _growth(sensor: Sensor) -> tuple[float, float, float]:
+    """Return factor, offset [m] and spread [m/m^2] by which bodies are larger for a sensor."""
+    if isinstance(sensor, DepthImageSensor):
+        return 1.0, sensor.padding_offset, DEPTH_NOISE * sensor.padding_scale
+    return sensor.padding_scale, sensor.padding_offset, 0.0
