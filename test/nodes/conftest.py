@@ -9,7 +9,12 @@ from control_msgs.msg import JointTrajectoryControllerState
 from controller_manager_msgs.msg import ControllerState
 from controller_manager_msgs.srv import ListControllers, SwitchController
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import CollisionObject, ContactInformation, MoveItErrorCodes
+from moveit_msgs.msg import (
+    CollisionObject,
+    ContactInformation,
+    MoveItErrorCodes,
+    PlanningScene,
+)
 from moveit_msgs.srv import (
     ApplyPlanningScene,
     GetCartesianPath,
@@ -18,6 +23,7 @@ from moveit_msgs.srv import (
     GetStateValidity,
     QueryPlannerInterfaces,
 )
+from octomap_msgs.msg import OctomapWithPose
 import pytest
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
@@ -31,7 +37,7 @@ from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import GetSimulationState
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
+from std_srvs.srv import Empty, Trigger
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.clients.node import destroy_node
@@ -59,7 +65,7 @@ class FakeStack:
         self.objects, self.attached, self.positions = {}, {}, {'turn': 0.0, 'bend': 0.0}
         self.state, self.contacts = 'active', []
         self.planned, self.release = threading.Event(), threading.Event()
-        self.matrix, self.paused = None, False
+        self.matrix, self.paused, self.octomap = None, False, None
         self._tick = Future()
         self._context = Context()
         rclpy.init(args=[], context=self._context,
@@ -92,6 +98,7 @@ class FakeStack:
                 (GetStateValidity, '/check_state_validity', self._valid),
                 (GetCartesianPath, '/compute_cartesian_path', self._straight),
                 (GetPositionIK, '/compute_ik', lambda _, response: response),
+                (Empty, '/clear_octomap', self._clear_octomap),
                 (QueryPlannerInterfaces, '/query_planner_interface', lambda _, answer: answer),
                 (ListControllers, '/arm/controller_manager/list_controllers', self._list),
                 (SwitchController, '/arm/controller_manager/switch_controller', self._switch)):
@@ -104,6 +111,7 @@ class FakeStack:
                          cancel_callback=lambda _: CancelResponse.ACCEPT)]
         node.create_publisher(JointTrajectoryControllerState, '/arm/controller_state', 10)
         self._states = node.create_publisher(JointState, '/arm/joint_states', qos.STATE)
+        self._scenes = node.create_publisher(PlanningScene, '/monitored_planning_scene', 10)
         node.create_timer(0.05, self._tell)
 
     def pause(self):
@@ -135,6 +143,11 @@ class FakeStack:
         state.joint_state.position = list(self.positions.values())
         state.attached_collision_objects = list(self.attached.values())
         response.scene.world.collision_objects = list(self.objects.values())
+        response.scene.world.octomap = self.octomap or OctomapWithPose()
+        return response
+
+    def _clear_octomap(self, _, response):
+        self.octomap = None
         return response
 
     def _apply(self, request, response):
@@ -212,6 +225,10 @@ class FakeStack:
         tick.set_result(None)
         if not self.paused:
             self._publish()
+        if self.octomap is not None:
+            scene = PlanningScene(is_diff=True)
+            scene.world.octomap = self.octomap
+            self._scenes.publish(scene)
 
     def _publish(self):
         self._states.publish(JointState(name=list(self.positions),

@@ -19,6 +19,7 @@ from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.jog import JogPart
 from armsim_ros.nodes.web.parts.motion import MotionPart
 from armsim_ros.nodes.web.parts.objects import ObjectsPart
+from armsim_ros.nodes.web.parts.octomap import OctomapPart
 from armsim_ros.nodes.web.parts.path import PathPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.safety import SafetyPart
@@ -68,6 +69,7 @@ def page_parts(page: Page, arguments: WebArguments) -> Iterator[Part]:
     paths = PathPart(page, robot, goals)
     yield from (
         robot, watch, goals, paths, MotionPart(page, watch, goals, paths),
-        ObjectsPart(page, robot, goals), ControllersPart(page, watch),
-        SafetyPart(page, watch), SimulationPart(page, watch, robot),
+        ObjectsPart(page, robot, goals), OctomapPart(page, watch, robot),
+        ControllersPart(page, watch), SafetyPart(page, watch),
+        SimulationPart(page, watch, robot),
         JogPart(page, watch, goals))

@@ -7,13 +7,16 @@ import json
 import secrets
 
 from moveit_msgs.msg import CollisionObject
+import numpy as np
 import pytest
 
 pytest.importorskip('viser')
 
 import websockets.asyncio.client as websocket_client
 
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
+from armsim_ros.planning.scene.octomap import octomap_from_cells
 
 PATIENCE = 20.0
 
@@ -37,7 +40,11 @@ class Panel:
                     value = value.get(step) if isinstance(value, dict) else None
                 if value is not None and satisfies(value):
                     return value
-                self.state.update(json.loads(await self._connection.recv()))
+                await self.read()
+
+    async def read(self):
+        """Take over the next message."""
+        self.state.update(json.loads(await self._connection.recv()))
 
 
 class _forever:  # noqa: N801 - stands in for asyncio.timeout of Python 3.11
@@ -190,6 +197,22 @@ def test_an_object_is_added_moved_attached_and_removed(fake_stack, talk):
         await panel.ask('load_scene', text=saved)
         await first(panel, lambda one: one['id'] == 'box_1')
         await panel.ask('remove', id='box_1')
+
+    talk(work)
+
+
+def test_an_octomap_is_shown_and_emptied(fake_stack, talk):
+    """Its number of cells in the panel; the button calls clear_octomap."""
+    cells = octomap_from_cells(np.array([[5, 0, 0], [5, 0, 2], [5, 0, 4]]), np.array(
+        [1.0, 1.0, -1.0], dtype=np.float32), 0.05, np.eye(4))
+
+    async def work(panel):
+        fake_stack.octomap = octomap_to_message(cells, 'base')
+        assert await panel.until('octomap') == {'cells': 2, 'resolution': 0.05}
+        await panel.ask('clear_octomap')
+        while panel.state['octomap'] is not None:
+            await panel.read()
+        assert fake_stack.octomap is None
 
     talk(work)
 

@@ -87,6 +87,11 @@ function setUpScene() {
   chosenFile($('mesh-file'), (file, bytes) => ask('add_mesh', { name: file.name, data: asBase64(bytes) }));
   chosenFile($('scene-file'), (_file, bytes) => ask('load_scene', { text: new TextDecoder().decode(bytes) }));
   $('load-scene').onclick = () => $('scene-file').click();
+  on('octomap', ({ octomap }) => {
+    $('octomap').hidden = !octomap;
+    if (octomap) $('octomap-cells').textContent = `${octomap.cells} cells of ${+(octomap.resolution * 100).toFixed(2)} cm`;
+  });
+  $('clear-octomap').onclick = () => ask('clear_octomap');
   $('save-scene').onclick = () => ask('save_scene');
   on('saved_scene', ({ saved_scene: text }) => {
     const url = URL.createObjectURL(new Blob([text], { type: 'application/json' }));
