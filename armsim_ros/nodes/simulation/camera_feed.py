@@ -54,6 +54,8 @@ class CameraFeed:
         self._due: SimpleQueue[tuple[Snapshot, Any] | None] = SimpleQueue()
         self._drawn: SimpleQueue[int] = SimpleQueue()
         self._connected = self._closed = False
+        #: Pictures that lockstep has waited for.
+        self.pictures = 0
         path.unlink(missing_ok=True)
         self._listener = Listener(str(path), FAMILY)
         for number, camera in enumerate(cameras):
@@ -87,6 +89,7 @@ class CameraFeed:
         while self._connected and waited < _LONGEST_DRAWING:
             with suppress(Empty):
                 if self._drawn.get(timeout=_LOOK) == number:
+                    self.pictures += 1
                     return
                 continue
             waited += _LOOK

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services ``/simulation/sync``, ``digest`` and ``dump``, and recordings without a request."""
+"""The services ``/simulation/sync``, ``digest`` and ``dump``; what a step waits for."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -20,6 +21,11 @@ from armsim_ros.control.events import ControllerEvent
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
+
+#: Offered by a move_group with sensors for its octomap.
+SYNC_OCTOMAP = '/move_group/sync_octomap'
+#: Wall time after which a step is answered without it [s].
+_LONGEST_ADDING = 20.0
 
 
 class Digest:
@@ -47,6 +53,38 @@ class Digest:
         except SimulationError as error:
             response.message = str(error)
         return response
+
+
+class OctomapWait:
+    """
+    Waits until move_group has added to its octomap what cameras have published.
+
+    :param node: has the client.
+    :param pictures: returns how many pictures were published up to now.
+    """
+
+    def __init__(self, node: Node, pictures: Callable[[], int]) -> None:
+        self._node, self._pictures = node, pictures
+        self._added = 0
+        self._client = node.create_client(
+            Trigger, SYNC_OCTOMAP, callback_group=ReentrantCallbackGroup())
+
+    async def __call__(self) -> None:
+        """Wait; not for a move_group without an octomap, nor for a picture of before."""
+        pictures = self._pictures()
+        if pictures == self._added or not self._client.service_is_ready():
+            return
+        self._added = pictures
+        answer = self._client.call_async(Trigger.Request())
+        patience = self._node.create_timer(
+            _LONGEST_ADDING, lambda: answer.done() or answer.set_result(None),
+            callback_group=ReentrantCallbackGroup(),
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
+        if await answer is None:
+            self._node.get_logger().warning(
+                f"no answer on '{SYNC_OCTOMAP}' within {_LONGEST_ADDING:g} s; the octomap may "
+                'lack what the cameras see now')
+        self._node.destroy_timer(patience)
 
 
 class Dump:

@@ -27,7 +27,7 @@ from armsim_ros.nodes.camera.link import socket_path
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.lockstep import Digest, Dump, Sync
+from armsim_ros.nodes.simulation.lockstep import Digest, Dump, OctomapWait, Sync
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import Clock, ClockHint, IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
@@ -111,6 +111,7 @@ class SimulationProgram:
             priority=pace.priority,
         )
         self._loop.on_handed_over = self._dispatcher.wake
+        self._octomap: OctomapWait | None = None
 
     def stop(self) -> None:
         """End ``run``; from a signal handler too."""
@@ -274,7 +275,7 @@ class SimulationProgram:
             self._dispatcher.every(_DIAGNOSTICS_PERIOD, nodes.publish_diagnostics)
         self._world = WorldServer(
             self._simulation_node, self._cell, self._loop, self._dispatcher,
-            self._publish_now, self.stop,
+            self._publish_now, self._settle, self.stop,
         )
         for nodes in self._robots:
             nodes.wire(self._world.cups)
@@ -284,6 +285,8 @@ class SimulationProgram:
                 self._loop, self._cameras, socket_path(self._ros_args),
                 self._simulation_node.get_logger().error,
                 lockstep=self._cell.settings.simulation.deterministic)
+            if self._cell.settings.simulation.deterministic:
+                self._octomap = OctomapWait(self._simulation_node, lambda: self._feed.pictures)
         logger = self._robots[0].node.get_logger()
         self._clock_hint = ClockHint(self._clock, logger.warning)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
@@ -291,6 +294,11 @@ class SimulationProgram:
         logger.info(
             f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}"
         )
+
+    async def _settle(self) -> None:
+        """Wait in lockstep for what programs make of what a step has published."""
+        if self._octomap is not None:
+            await self._octomap()
 
     def _create_lockstep_services(self) -> None:
         node = self._simulation_node

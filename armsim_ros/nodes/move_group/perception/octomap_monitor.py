@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from std_srvs.srv import Trigger
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.move_group.sensors_3d import (
@@ -79,7 +80,8 @@ class OctomapMonitor:
     Adds measurements to a map, and puts the map into the scene.
 
     Messages come in the executor's thread, are transformed there and handed to a thread of the
-    map; of a sensor only the newest waits for it.
+    map; of a sensor only the newest waits for it. In lockstep none is left out, so that equal
+    runs give equal maps.
 
     :param context: the parts of move_group.
     :param settings: the sensors; without any this costs nothing.
@@ -90,7 +92,9 @@ class OctomapMonitor:
         self._frame = settings.octomap_frame.removeprefix('/')
         self._history = StateHistory()
         self._worker: Worker | None = None
-        self._ready: dict[str, Callable[[], None]] = {}
+        #: By name; in lockstep by number too.
+        self._ready: dict[tuple[str, int], Callable[[], None]] = {}
+        self._lockstep, self._number = context.settings.simulation.deterministic, 0
         self._waiting: dict[str, deque[_Waiting]] = {}
         self._warned: dict[str, float] = {}
         self._sensors = settings.sensors
@@ -106,6 +110,8 @@ class OctomapMonitor:
         self._scene_map = SceneMap(
             context.scene, settings.octomap_resolution,
             max(sensor.padding_offset for sensor in settings.sensors.values()))
+        if self._lockstep:
+            context.serve(Trigger, '/move_group/sync_octomap', self._sync)
         listened = ', '.join(f"'{each.topic}'" for each in self._updaters.values())
         context.logger.info(
             f'octomap: cells of {settings.octomap_resolution:g} m from {listened}')
@@ -120,11 +126,18 @@ class OctomapMonitor:
         if self._updaters:
             self._scene_map.forget()
 
+    async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Answer when all that has come is in the scene."""
+        while self._busy or any(self._waiting.values()):
+            await self._context.ticker.next()
+        response.success = True
+        return response
+
     # ---------------------------------------------------------------- messages
 
     def _receive(self, name: str, message: Any) -> None:
         waiting = self._waiting.setdefault(name, deque())
-        if len(waiting) == _WAITING:
+        if len(waiting) == _WAITING and not self._lockstep:
             self._drop(name, waiting.popleft(), 'too many wait for their transforms')
         waiting.append(_Waiting(message, self._context.clock()))
         self._advance()
@@ -183,7 +196,8 @@ class OctomapMonitor:
         self, name: str, message: Any, q: Vector, sensor_pose: Matrix, map_pose: Matrix
     ) -> None:
         epoch, place = self._scene_map.epoch, (self._context.scene.content, q)
-        self._ready[name] = lambda: self._add(
+        self._number += self._lockstep
+        self._ready[name, self._number] = lambda: self._add(
             name, message, epoch, place, sensor_pose, map_pose)
         if not self._busy:
             self._busy = True
@@ -200,8 +214,8 @@ class OctomapMonitor:
     def _work(self) -> None:
         """Add what waits, the newest of each sensor."""
         while self._ready:
-            name = next(iter(self._ready))
-            add = self._ready.pop(name)
+            name, _ = key = next(iter(self._ready))
+            add = self._ready.pop(key)
             try:
                 add()
             except ValueError as error:

@@ -25,6 +25,8 @@ from armsim_ros.nodes.move_group.context import Context
 
 Receive = Callable[[str, Any], None]
 _NONE = np.zeros((0, 3), dtype=np.float32)
+#: Messages that lockstep may be behind.
+_LOCKSTEP_DEPTH = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,10 @@ class Updater:
             prefix = f'{sensor.ns}/' if sensor.ns else ''
             self._filtered = context.node.create_publisher(
                 kind, f'{prefix}{sensor.filtered_cloud_topic}', qos_profile_sensor_data)
-        context.subscribe(kind, topic, self._take, qos_profile_sensor_data)
+        # In lockstep a picture counts as published when its reliable subscriptions have it.
+        lockstep = context.settings.simulation.deterministic
+        context.subscribe(
+            kind, topic, self._take, _LOCKSTEP_DEPTH if lockstep else qos_profile_sensor_data)
 
     def _take(self, message: Any) -> None:
         now = self._context.states.now_ns()

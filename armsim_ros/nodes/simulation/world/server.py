@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 import platform
 from typing import Any
@@ -114,6 +114,7 @@ class WorldServer:
 
     :param node: the node ``/simulation``.
     :param publish: hands over what belongs to the present time; called between two ticks.
+    :param settle: steps are answered when it is done.
     :param quit_program: ends the program.
     """
 
@@ -124,6 +125,7 @@ class WorldServer:
         loop: ControlLoop,
         dispatcher: Dispatcher,
         publish: Callable[[], object],
+        settle: Callable[[], Awaitable[object]],
         quit_program: Callable[[], None],
     ) -> None:
         settings = cell.settings
@@ -177,7 +179,7 @@ class WorldServer:
             Worlds(node, work, self.entities, resources, self.state, self.resetting),
             SimulationStateServices(
                 node, self.state, self.resetting, dispatcher, quit_program),
-            Stepping(node, work, self.state, publish),
+            Stepping(node, work, self.state, publish, settle),
             SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic),
         )
 

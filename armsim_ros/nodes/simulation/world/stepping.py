@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 import time
 from typing import Any
@@ -39,14 +39,16 @@ class Stepping:
     :param work: reaches the loop.
     :param publish: hands over what belongs to the present time, /clock too; called between two
         ticks.
+    :param settle: called after that; steps are answered when it is done.
     """
 
     def __init__(
-        self, node: Node, work: Work, state: RunState, publish: Callable[[], object]
+        self, node: Node, work: Work, state: RunState, publish: Callable[[], object],
+        settle: Callable[[], Awaitable[object]],
     ) -> None:
         self._work = work
         self._state = state
-        self._publish = publish
+        self._publish, self._settle = publish, settle
         group = ReentrantCallbackGroup()
         node.create_service(StepSimulation, '/step_simulation', self._step,
                             callback_group=group)
@@ -114,6 +116,7 @@ class Stepping:
             size = int(min(max(count * _GO / max(wall, 1e-6), 1), 4 * count, _LARGEST))
         if done:
             await self._work.in_loop(self._publish)
+            await self._settle()
         return done
 
     def _advance(self, steps: int) -> tuple[int, bool, float]:

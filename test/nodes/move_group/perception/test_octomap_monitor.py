@@ -73,7 +73,7 @@ class Node:
 class Bench:
     """A monitor with a sensor, and the parts of move_group that it needs."""
 
-    def __init__(self, monkeypatch, sensor=None, **settings):
+    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, **settings):
         monkeypatch.setattr(octomap_monitor, 'Worker', Works)
         self.node, self.now, self.lines, self.topics = Node(), 0.0, [], {}
         self.scene = PlanningScene(KinematicModel(planar_arm()))
@@ -82,6 +82,9 @@ class Bench:
         self.context = SimpleNamespace(
             node=self.node, scene=self.scene, states=self.states, logger=logger,
             clock=lambda: self.now, frame=self.scene.model_frame,
+            settings=SimpleNamespace(simulation=SimpleNamespace(deterministic=lockstep)),
+            serve=lambda kind, name, answer: setattr(self, 'sync', answer),
+            ticker=SimpleNamespace(next=_Tick),
             subscribe=lambda kind, topic, take, profile: self.topics.update({topic: take}))
         sensor = sensor or PointCloudSensor(point_cloud_topic='/cloud')
         self.monitor = OctomapMonitor(self.context, OctomapSettings(
@@ -113,6 +116,13 @@ class Bench:
     def cells(self):
         octomap = self.scene.octomap
         return 0 if octomap is None else len(octomap.boxes[0])
+
+
+class _Tick:
+    """A wait of a coroutine."""
+
+    def __await__(self):
+        yield
 
 
 @pytest.fixture
@@ -148,6 +158,26 @@ def test_only_the_newest_of_a_sensor_is_added(bench):
     bench.work()
     assert bench.cells == 1
     assert np.allclose(bench.scene.octomap.boxes[0][:, 2], 9.025)
+
+
+def test_in_lockstep_all_are_added_and_waited_for(monkeypatch):
+    """A step is answered when those that came before are in the scene."""
+    bench = Bench(monkeypatch, lockstep=True)
+    bench.state(2.0)
+    for k in range(7):
+        bench.send([[0.0, 0.0, 5.0 + k]], 2.0 + (k == 6))
+    waits = bench.sync(None, SimpleNamespace(success=False))
+    waits.send(None)
+    bench.work()
+    waits.send(None)
+    assert bench.cells == 6
+    bench.state(3.0)
+    bench.node.retry()
+    bench.work()
+    with pytest.raises(StopIteration) as answered:
+        waits.send(None)
+    assert answered.value.value.success
+    assert bench.cells == 7
 
 
 def test_what_came_before_a_clear_is_not_brought_back(bench):
