@@ -120,7 +120,8 @@ def survey_files(
     _apply_overrides(draft, overrides or {})
     chosen = _namespace(draft, namespace)
     values = read_sections(draft, published=files.package is not None)
-    octomap = read_sensors_file(sensors_file(files.folder), draft.problems)
+    of_sensors = sensors_file(files.folder)
+    octomap = read_sensors_file(of_sensors, draft.problems)
     if files.package is not None:
         draft.problems[:] = [_of_published(problem, files.package) for problem in draft.problems]
     world_file, world_settings = _read_world(
@@ -137,7 +138,8 @@ def survey_files(
         urdf_file=files.urdf_file,
         srdf_file=files.srdf_file,
         world_file=world_file,
-        files=(*files.yaml_files, *files.controller_files),
+        files=tuple(dict.fromkeys((*files.yaml_files, *files.controller_files,
+                                   *([of_sensors] if of_sensors else ())))),
         arguments=dict(files.arguments),
         spawn_only=files.package is not None,
         start=start_positions(draft),

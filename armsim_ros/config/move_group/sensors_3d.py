@@ -13,7 +13,7 @@ from armsim_ros.config.validation import read_settings
 from armsim_ros.config.yaml.node import YamlNode
 from armsim_ros.config.yaml.node_parameters import is_ros2_file, parameters_of_node
 from armsim_ros.config.yaml.source import read_yaml_file
-from armsim_ros.errors import ConfigError, nearest, Problem, Severity
+from armsim_ros.errors import ConfigError, Location, nearest, Problem, Severity
 
 FILE = 'sensors_3d.yaml'
 CLOUDS = 'occupancy_map_monitor/PointCloudOctomapUpdater'
@@ -174,8 +174,13 @@ def _sensor(
                   if key not in ('ns', 'sensor_plugin') and block.get(key) is None]
         if absent:
             problems.append(Problem(
-                f"sensor '{name}' has its defaults for {', '.join(absent)}", block.place,
-                severity=Severity.INFO))
+                f"sensor '{name}' has its defaults for {', '.join(absent)}",
+                Location(block.place.file), severity=Severity.INFO))
+        unused = block.get('shadow_threshold')
+        if unused is not None and isinstance(sensor, DepthImageSensor):
+            problems.append(Problem(
+                f"sensor '{name}': 'shadow_threshold' has no effect: the robot itself is left "
+                'out exactly', unused.key_where or unused.place, severity=Severity.INFO))
     return sensor
 
 
