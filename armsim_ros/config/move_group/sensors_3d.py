@@ -126,6 +126,9 @@ def read_sensors(root: YamlNode, problems: list[Problem]) -> OctomapSettings:
         sensor = _sensor(item.value, root.get(item.value), item, problems)
         if sensor is not None:
             sensors[item.value] = sensor
+    problems.extend(Problem(
+        f"the block '{name}' is not used", node.key_where or node.place, severity=Severity.INFO)
+        for name, node in root.entries.items() if node.is_mapping and name not in sensors)
     values: dict[str, Any] = {'sensors': sensors}
     for key, usual in (('octomap_resolution', f'{USUAL_RESOLUTION} m is used'),
                        ('octomap_frame', 'the frame of the first message is used')):
