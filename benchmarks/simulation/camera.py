@@ -19,7 +19,7 @@ from benchmarks.tables import machine_load, replace_section, Table
 #: Colour and depth, 640x480 [Hz].
 RATE = 15
 CAMERA = ('camera:=true', f'overrides:={{simulation.cameras.camera.rate: {RATE}}}')
-PLANS = ('phase', 'plans', 'planning p50 ms', 'p95 ms', 'pictures a second')
+PLANS = ('phase', 'plans', 'planning p50 ms', 'p95 ms', 'messages a second')
 PATIENCE = 120.0
 
 
@@ -40,7 +40,7 @@ def main(options: Options) -> None:
                     peer('simulation.picture_listener', domain=stack.domain))
                 listener.wait_for_line(PICTURE, PATIENCE)
                 printed = listener.output
-            phase, row = _watched(name, stack, options, printed)
+            phase, row = moving_and_planning(name, stack, options, printed)
         phases.append(phase)
         plans.append(row)
     lines: list[str] = []
@@ -52,10 +52,14 @@ def main(options: Options) -> None:
         replace_section(Path(options.report), 'camera', [machine_load(), '', *lines])
 
 
-def _watched(
+def moving_and_planning(
     name: str, stack: Stack, options: Options, printed: list[str]
 ) -> tuple[Phase, tuple[str, ...]]:
-    """Watch a stack that moves, then one that plans, and count pictures meanwhile."""
+    """
+    Watch a stack that moves, then one that plans.
+
+    :param printed: gets a line for each message, which are counted.
+    """
     began, before = time.monotonic(), len(printed)
     with goals_without_pause(stack, 'sunday'):
         phase = watched(f'{name}, moving', [stack], options)
