@@ -12,24 +12,15 @@ from types import MappingProxyType
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
-from armsim_ros.planning.scene.content import (
-    Color,
-    FixedFrame,
-    frame_pose,
-    link_of_frame,
-    robot_frame,
-    SceneContent,
-    SceneDraft,
-    transform,
-)
+from armsim_ros.planning.scene.content import FixedFrame, SceneContent, SceneDraft
 from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.octomap import Octomap
+from armsim_ros.planning.scene.scene_view import SceneView
 from armsim_ros.planning.scene.update import (
     apply_start_state,
     apply_update,
@@ -41,7 +32,7 @@ from armsim_ros.planning.scene.update import (
 Listener = Callable[[SceneContent, SceneContent], None]
 
 
-class PlanningScene:
+class PlanningScene(SceneView):
     """
     A scene that can be edited.
 
@@ -67,7 +58,6 @@ class PlanningScene:
         link_scale: float = 1.0,
         auto_disable_adjacent: bool = True,
     ) -> None:
-        self.kinematic_model = kinematics
         q = kinematics.default()
         q.setflags(write=False)
         solid = [link for link, item in kinematics.robot.links.items() if item.collisions]
@@ -80,7 +70,7 @@ class PlanningScene:
             link_padding=MappingProxyType(dict.fromkeys(solid, link_padding)),
             link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)),
         )
-        self._content = self._initial
+        super().__init__(kinematics, self._initial)
         #: Held while an edit is made, and while its result is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()
         self._listeners: list[Listener] = []
@@ -89,109 +79,6 @@ class PlanningScene:
         #: Count the edits of world, attached objects and rules; of the frames.
         self.geometry_version = 0
         self.transform_version = 0
-
-    # ---------------------------------------------------------------- what it holds
-
-    @property
-    def content(self) -> SceneContent:
-        """All that the scene holds now, immutable."""
-        return self._content
-
-    @property
-    def robot(self) -> RobotModel:
-        """The robot."""
-        return self.kinematic_model.robot
-
-    @property
-    def model_frame(self) -> str:
-        """The frame of all poses without a frame."""
-        return self.robot.model_frame
-
-    @property
-    def name(self) -> str:
-        """Name of the scene."""
-        return self._content.name
-
-    @property
-    def q(self) -> Vector:
-        """Robot state (n,), read-only."""
-        return self._content.q
-
-    @property
-    def objects(self) -> Mapping[str, CollisionObject]:
-        """Objects in the world, by id."""
-        return self._content.objects
-
-    @property
-    def attached(self) -> Mapping[str, AttachedObject]:
-        """Objects on the robot, by id."""
-        return self._content.attached
-
-    @property
-    def acm(self) -> AllowedCollisionMatrix:
-        """Which pairs may touch."""
-        return self._content.acm
-
-    @property
-    def link_padding(self) -> Mapping[str, float]:
-        """Padding of links against the world [m]."""
-        return self._content.link_padding
-
-    @property
-    def link_scale(self) -> Mapping[str, float]:
-        """Factors of the links' size against the world."""
-        return self._content.link_scale
-
-    @property
-    def colors(self) -> Mapping[str, Color]:
-        """Colours of objects, rgba."""
-        return self._content.colors
-
-    @property
-    def octomap(self) -> Octomap | None:
-        """What cameras see; None where there is no map."""
-        return self._content.octomap
-
-    # ---------------------------------------------------------------- frames
-
-    def frame_pose(self, frame: str, q: Vector | None = None) -> Matrix:
-        """
-        Return the pose (4, 4) of a link, object, ``object/subframe`` or fixed frame.
-
-        :param q: (n,) robot state; None for the scene's.
-        :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
-        """
-        return frame_pose(self.kinematic_model, self._content, frame, q)
-
-    def link_of_frame(self, frame: str) -> tuple[str, Matrix]:
-        """
-        Return the link that carries a frame and the frame's pose (4, 4) on that link.
-
-        Frames of the world belong to the root link, further frames too, where they are now.
-
-        :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
-        """
-        return link_of_frame(self.kinematic_model, self._content, frame)
-
-    def has_frame(self, frame: str) -> bool:
-        """Return whether a frame is known."""
-        try:
-            self.link_of_frame(frame)
-        except PlanningError:
-            return False
-        return True
-
-    def transform(self, frame: str) -> Matrix:
-        """
-        Return the pose (4, 4) of a frame as TF has it now: links and published frames.
-
-        :raises PlanningError: FRAME_TRANSFORM_FAILURE for any other frame.
-        """
-        return transform(self.kinematic_model, self._content, frame)
-
-    def robot_frame(self, frame: str) -> tuple[str, Matrix] | None:
-        """Return link and pose on it of a link, an attached object or its subframe, else None."""
-        return robot_frame(self.kinematic_model, self._content, frame)
 
     # ---------------------------------------------------------------- edits
 
@@ -342,9 +229,9 @@ class PlanningScene:
     def snapshot(self) -> PlanningScene:
         """Return a scene of its own with the same content; this costs next to nothing."""
         copy = object.__new__(PlanningScene)
-        copy.kinematic_model = self.kinematic_model
         with self._lock:
-            copy._initial, copy._content = self._initial, self._content
+            SceneView.__init__(copy, self.kinematic_model, self._content)
+            copy._initial = self._initial
         copy._editing, copy._lock = threading.RLock(), threading.RLock()
         copy._listeners = []
         copy.geometry_version = copy.transform_version = 0
