@@ -18,6 +18,7 @@ from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Me
 from armsim_ros.model.mesh.coal_shapes import hull_shape
 from armsim_ros.model.shape_points import bounding_box, scaled
 from armsim_ros.planning.collision.bodies import shape_poses
+from armsim_ros.planning.occupancy.hollow_mesh import HollowMesh, is_hollow
 from armsim_ros.planning.scene.content import SceneContent
 
 #: Solids that are kept prepared.
@@ -30,7 +31,7 @@ class Solid:
     """
     A shape that is scaled about its centre and then grown by an offset.
 
-    A mesh counts as its convex hull, as upstream; a plane has no inside.
+    A plane has no inside.
 
     :param geometry: the shape.
     :param scale: factor of its size, above 0.
@@ -41,9 +42,12 @@ class Solid:
         self._shape = scaled(geometry, scale)
         self._offset = offset
         self._planes: tuple[Matrix, Vector] | None = None
+        self._hollow: HollowMesh | None = None
         self.centre, half = bounding_box(self._shape)
         if isinstance(self._shape, Mesh):
             self._planes = _planes(self._shape)
+            if is_hollow(self._shape):
+                self._hollow = HollowMesh(self._shape, offset)
         #: Of the sphere about the centre that holds it [m]; below 0 for a plane.
         self.radius = -1.0 if isinstance(self._shape, Plane) else float(
             np.linalg.norm(half)) + math.sqrt(3.0) * offset
@@ -61,6 +65,8 @@ class Solid:
         elif self._planes is not None:
             normals, offsets = self._planes
             inside = (points @ normals.T <= offsets + grown).all(axis=1)
+            if self._hollow is not None:
+                inside[inside] = self._hollow.holds(points[inside])
         else:
             inside = np.zeros(len(points))
         return np.asarray(inside, dtype=bool)

@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from separation import box_mesh
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
@@ -146,8 +147,31 @@ def test_solids_hold_what_is_inside(shape):
     assert (np.linalg.norm(2.0 * points - solid.centre, axis=1)[held] <= solid.radius).all()
 
 
-def test_mesh_counts_as_its_hull_and_a_plane_not(make_cube):
-    """So what is in the hollow of a link is left out, as upstream."""
+def bin_mesh():
+    """Return a box without a lid, 0.4 m wide, with walls of 0.02 m, as a closed mesh."""
+    parts = [((0.4, 0.4, 0.02), (0, 0, 0)), ((0.02, 0.4, 0.4), (0.19, 0, 0.2)),
+             ((0.02, 0.4, 0.4), (-0.19, 0, 0.2)), ((0.4, 0.02, 0.4), (0, 0.19, 0.2)),
+             ((0.4, 0.02, 0.4), (0, -0.19, 0.2))]
+    meshes = [box_mesh(size) for size, _ in parts]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.vstack([mesh.vertices + at for mesh, (_, at) in zip(meshes, parts, strict=True)]),
+        np.vstack([mesh.triangles + start for mesh, start in zip(
+            meshes, starts[:-1], strict=True)]))
+
+
+def test_what_is_in_a_bin_is_seen():
+    """A mesh that is not convex counts as it is, to within a voxel."""
+    solid = Solid(bin_mesh(), 1.0, 0.02)
+    points = np.array([[0, 0, 0.15], [0.1, 0.1, 0.04], [0, 0, 0.022], [0.165, 0, 0.2],
+                       [0.19, 0, 0.2], [0.0, 0.0, 0.0], [0.15, 0, 0.2], [0.0, 0.0, 0.5]])
+    assert solid.holds(points).tolist() == [False, False, True, True, True, True, False, False]
+    assert not Solid(bin_mesh(), 1.0, 0.0).holds(points)[[0, 1, 2, 3, 6, 7]].any()
+    assert Solid(bin_mesh(), 1.0, 0.0).holds(points)[[4, 5]].all()
+
+
+def test_convex_meshes_count_and_a_plane_not(make_cube):
+    """By the planes of their faces."""
     points = np.random.default_rng(0).uniform(-0.2, 0.2, (500, 3))
     cube = np.abs(points).max(axis=1)
     assert (Solid(make_cube(0.2), 1.0, 0.0).holds(points) == (cube <= 0.1)).all()

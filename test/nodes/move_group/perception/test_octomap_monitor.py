@@ -20,6 +20,7 @@ from armsim_ros.nodes.move_group.perception.octomap_monitor import (
     octomap_settings,
     OctomapMonitor,
 )
+from armsim_ros.planning.scene.octomap import octomap_from_cells
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 SECOND = 1_000_000_000
@@ -219,6 +220,20 @@ def test_bad_clouds_are_one_warning_in_ten_seconds(bench, parts, text):
     assert text in warnings[0]
     assert bench.cells == 2
     assert not bench.node.waits
+
+
+def test_a_map_of_a_client_is_replaced_by_the_next_cloud(bench):
+    """Sensors know better; until then the client's map counts."""
+    bench.state(1.0)
+    bench.send(FAR, 1.0)
+    bench.work()
+    bench.scene.set_octomap(octomap_from_cells(
+        np.array([[0, 0, 9]]), np.ones(1, dtype=np.float32), 0.1, np.eye(4)))
+    assert bench.cells == 1
+    bench.send(FAR, 1.0)
+    bench.work()
+    assert bench.cells == 2
+    assert bench.scene.octomap.resolution == 0.05
 
 
 def test_more_than_five_do_not_wait(bench):
