@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Adding a cloud of 640 x 480 points to a map, beside OctoMap's insertion.
+Adding a cloud of 640 x 480 points to a map, beside OctoMap's insertion; with ``--report``.
 
 Processor time of the third cloud of the same table with three boxes. Ours is the whole message:
 ten capsules of a robot are left out, cells that rays cross are missed, and coal's tree is made.
@@ -25,7 +25,7 @@ from armsim_ros.planning.occupancy.occupancy_map import Measurement, OccupancyMa
 from armsim_ros.planning.occupancy.solids import Solid
 from benchmarks.options import Options
 from benchmarks.planning.planning import environment, Peer
-from benchmarks.tables import Table
+from benchmarks.tables import machine_load, replace_section, Table
 
 RESOLUTIONS = (0.05, 0.025, 0.02)
 PEER = Peer('pyoctomap_insertion.py', ('pyoctomap==1.2.2', 'numpy>=2'))
@@ -56,9 +56,13 @@ def main(options: Options) -> None:
         rows.append((f'{resolution:g} m', str(len(octomap.occupied)), f'{1e3 * added:.0f}',
                      f'{1e3 * whole:.0f}', *(f'{each:.0f}' if each else '-'
                                              for each in (plain, discrete))))
-    Table(f'{len(points)} points [ms of processor time]', (
+    table_of_times = Table(f'{len(points)} points [ms of processor time]', (
         'cells', 'occupied', 'added', 'with the tree', 'insertPointCloud', 'discretize=True'),
-        rows).print()
+        rows)
+    table_of_times.print()
+    if options.report:
+        replace_section(Path(options.report), 'octomap', [
+            machine_load(), '', *table_of_times.markdown()])
 
 
 def table() -> tuple[np.ndarray, Matrix]:

@@ -41,7 +41,7 @@ def main(options: Options) -> None:
         table.print()
         lines += table.markdown()
     if options.report:
-        replace_section(Path(options.report), 'octomap', [machine_load(), '', *lines])
+        replace_section(Path(options.report), 'octomap_load', [machine_load(), '', *lines])
 
 
 def _nodes(stack: Stack) -> int:

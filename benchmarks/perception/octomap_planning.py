@@ -10,6 +10,7 @@ cells beside the arm, and a pillar of cells in its way, with the same pillar as 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 import statistics
 import time
 
@@ -23,7 +24,7 @@ from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 from benchmarks.options import Options
-from benchmarks.tables import Table
+from benchmarks.tables import machine_load, replace_section, Table
 
 RESOLUTION = 0.025
 REQUESTS = 14
@@ -47,8 +48,12 @@ def main(options: Options) -> None:
         rows.append((name, str(sum(np.prod(block[1]) for block in cells)),
                      f'{1e3 * statistics.median(times):.0f}', f'{1e3 * sum(times):.0f}',
                      f'{solved} of {REQUESTS}'))
-    Table('Panda [ms of processor time]', ('scene', 'cells', 'median', 'all', 'solved'),
-          rows).print()
+    table = Table('Panda [ms of processor time]', ('scene', 'cells', 'median', 'all', 'solved'),
+                  rows)
+    table.print()
+    if options.report:
+        replace_section(Path(options.report), 'octomap_planning', [
+            machine_load(), '', *table.markdown()])
 
 
 def _put(sim: ArmSim, cells: Sequence[Block], boxes: Sequence[Block]) -> None:
