@@ -61,6 +61,7 @@ def octomap() -> None:
         with mujoco.Renderer(model, 480, 720, max_geom=20000) as renderer:
             renderer.update_scene(sim.simulation.mujoco_data, view)
             scene, octomap = renderer.scene, sim.scene.octomap
+            assert octomap is not None
             centres, edges = octomap.boxes
 
             def add(kind: int, size: np.ndarray, place: np.ndarray, rgba: np.ndarray) -> object:
