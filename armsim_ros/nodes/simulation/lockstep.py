@@ -61,10 +61,13 @@ class OctomapWait:
 
     :param node: has the client.
     :param pictures: returns how many pictures were published up to now.
+    :param sync: publishes the present joint states, without which a picture is not placed.
     """
 
-    def __init__(self, node: Node, pictures: Callable[[], int]) -> None:
-        self._node, self._pictures = node, pictures
+    def __init__(
+        self, node: Node, work: Work, pictures: Callable[[], int], sync: Callable[[], int]
+    ) -> None:
+        self._node, self._work, self._pictures, self._sync = node, work, pictures, sync
         self._added = 0
         self._client = node.create_client(
             Trigger, SYNC_OCTOMAP, callback_group=ReentrantCallbackGroup())
@@ -75,6 +78,7 @@ class OctomapWait:
         if pictures == self._added or not self._client.service_is_ready():
             return
         self._added = pictures
+        await self._work.in_loop(self._sync)
         answer = self._client.call_async(Trigger.Request())
         patience = self._node.create_timer(
             _LONGEST_ADDING, lambda: answer.done() or answer.set_result(None),

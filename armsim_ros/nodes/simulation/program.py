@@ -286,7 +286,10 @@ class SimulationProgram:
                 self._simulation_node.get_logger().error,
                 lockstep=self._cell.settings.simulation.deterministic)
             if self._cell.settings.simulation.deterministic:
-                self._octomap = OctomapWait(self._simulation_node, lambda: self._feed.pictures)
+                node = self._simulation_node
+                self._octomap = OctomapWait(
+                    node, Work(node, self._loop, self._dispatcher), lambda: self._feed.pictures,
+                    self._sync)
         logger = self._robots[0].node.get_logger()
         self._clock_hint = ClockHint(self._clock, logger.warning)
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
