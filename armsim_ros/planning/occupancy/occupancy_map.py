@@ -141,7 +141,8 @@ class OccupancyMap:
         if len(asked):
             rays = Rays(measurement.points, np.minimum(distances, measurement.max_range),
                         measurement.beyond)
-            crossed[asked] = rays.cross(centres[asked], HALF_DIAGONAL * self.resolution)
+            crossed[asked] = rays.cross(
+                centres[asked], HALF_DIAGONAL * self.resolution, sensor[:3, :3])
         return crossed
 
     def _changed(self, model: Integers, hit: Integers, crossed: Mask) -> OccupancyMap:

@@ -20,7 +20,8 @@ class Rays:
     Rays from a sensor, sorted into bins by their directions.
 
     A cell is crossed where all rays of the bin of its centre end behind it. Where only some of
-    them do, at the edge of something nearer, one of these has to pass its centre closely.
+    them do, at the edge of something nearer, one of these has to pass its centre closely. Where
+    the centre is beside the picture, one of the nearest bin has to pass through the cell.
 
     :param points: (k, 3) [m] in the sensor's frame.
     :param lengths: (k,) of the rays to them [m].
@@ -47,30 +48,41 @@ class Rays:
         np.minimum.at(self._nearest, self._of_ray, self._ends)
         np.maximum.at(self._farthest, self._of_ray, self._ends)
 
-    def cross(self, centres: Matrix, radius: float) -> Mask:
+    def cross(self, centres: Matrix, radius: float, axes: Matrix) -> Mask:
         """
         Return which cells rays cross before their ends.
 
         :param centres: (k, 3) [m] of the cells in the sensor's frame.
         :param radius: [m] of the sphere around a cell.
+        :param axes: (3, 3) of the sensor in the frame of the cells' edges.
         """
         found = np.zeros(len(centres), dtype=bool)
         seen = np.flatnonzero(centres[:, 2] > 0.0) if self._camera else np.arange(len(centres))
         places = self._places(centres[seen].T)
         scaled = (places - self._low) * self._per_unit
-        within = ((scaled >= 0) & (scaled < self._count)).all(axis=0)
-        seen, bins = seen[within], self._bins(places[:, within])
-        far = np.linalg.norm(centres[seen], axis=1) + radius
+        if not len(self._ends):
+            return found
+        distances = np.linalg.norm(centres[seen], axis=1)
+        inner = np.clip(scaled, 0.0, self._count - 1e-3)
+        beside = (np.abs(scaled - inner) / self._per_unit).max(axis=0) * distances
+        near = beside <= radius
+        seen, beside, far = seen[near], beside[near] > 0.0, distances[near] + radius
+        columns = inner[:, near].astype(np.int64)
+        bins = columns[0] * self._count + columns[1]
         some = self._farthest[bins] > far
-        all_of_them = some & (self._nearest[bins] > far)
+        all_of_them = some & (self._nearest[bins] > far) & ~beside
         found[seen[all_of_them]] = True
         edge = some & ~all_of_them
         if edge.any():
-            found[seen[edge]] = self._passed(centres[seen[edge]], bins[edge], far[edge], radius)
+            found[seen[edge]] = self._passed(
+                centres[seen[edge]], bins[edge], far[edge], radius, beside[edge], axes)
         return found
 
-    def _passed(self, centres: Matrix, bins: Integers, far: Vector, radius: float) -> Mask:
-        """Return which cells have a ray of their bin that ends behind and passes the centre."""
+    def _passed(
+        self, centres: Matrix, bins: Integers, far: Vector, radius: float, beside: Mask,
+        axes: Matrix,
+    ) -> Mask:
+        """Return which cells have a ray of their bin that ends behind and passes them."""
         asked = np.zeros(len(self._nearest), dtype=bool)
         asked[bins] = True
         rays = np.flatnonzero(asked[self._of_ray])
@@ -84,7 +96,13 @@ class Rays:
         ways /= np.linalg.norm(ways, axis=1)[:, None]
         apart = np.linalg.norm(np.cross(ways, centres[cell]), axis=1)
         # Within the sphere inside of the cell.
-        passed = (apart <= radius / np.sqrt(3.0)) & (self._ends[ray] > far[cell])
+        half = radius / np.sqrt(3.0)
+        passed = (apart <= half) & (self._ends[ray] > far[cell])
+        beside = beside[cell] & (apart <= radius) & (self._ends[ray] > far[cell])
+        turned, middles = ways[beside] @ axes.T, centres[cell[beside]] @ axes.T
+        with np.errstate(divide='ignore'):
+            faces = np.stack([(middles - half) / turned, (middles + half) / turned])
+        passed[beside] = faces.min(axis=0).max(axis=1) <= faces.max(axis=0).min(axis=1)
         found = np.zeros(len(bins), dtype=bool)
         found[cell[passed]] = True
         return found

@@ -87,6 +87,17 @@ def test_what_is_behind_or_beside_stays():
             if cell[2] < 20 and cell != CELL] == [True, True]
 
 
+def test_cells_at_the_border_of_a_picture_are_emptied():
+    """What a camera has seen there it sees free again, though the cell's centre is beside."""
+    points = wall(1.0, half=0.395)
+    octomap = after(OccupancyMap(RESOLUTION), seen(points))
+    before = len(octomap.occupied)
+    octomap = after(octomap, *[seen(2.0 * points)] * 3)
+    near = octomap.occupied[octomap.occupied[:, 2] < 30]
+    assert before > 280
+    assert not len(near)
+
+
 def test_points_beyond_the_range_clear_and_are_no_hits():
     """Their rays end at the range; cells behind that stay."""
     octomap = after(OccupancyMap(RESOLUTION), seen([POINT, (0.01, 0.01, 1.4)]))
