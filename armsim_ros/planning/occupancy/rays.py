@@ -100,7 +100,8 @@ class Rays:
         passed = (apart <= half) & (self._ends[ray] > far[cell])
         beside = beside[cell] & (apart <= radius) & (self._ends[ray] > far[cell])
         turned, middles = ways[beside] @ axes.T, centres[cell[beside]] @ axes.T
-        with np.errstate(divide='ignore'):
+        # A ray along a face is not in the cell.
+        with np.errstate(divide='ignore', invalid='ignore'):
             faces = np.stack([(middles - half) / turned, (middles + half) / turned])
         passed[beside] = faces.min(axis=0).max(axis=1) <= faces.max(axis=0).min(axis=1)
         found = np.zeros(len(bins), dtype=bool)
