@@ -62,6 +62,9 @@ def pytest_configure(config):
                  'ROS_NAMESPACE', *FASTDDS_PROFILES):
         os.environ.pop(name, None)
     os.environ[FASTDDS_PROFILES[0]] = str(_PROFILES)
+    if 'DISPLAY' not in os.environ and config.option.job in (None, 'core'):
+        # MuJoCo reads it when it is imported, and any test may be the first to do so.
+        os.environ.setdefault('MUJOCO_GL', 'egl')
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))
