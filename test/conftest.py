@@ -15,6 +15,10 @@ from rendering import rendering_backend
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES, QuietEnd
 
+if 'DISPLAY' not in os.environ:
+    # MuJoCo reads it when it is imported, and any conftest may be the first to do so.
+    os.environ.setdefault('MUJOCO_GL', 'egl')
+
 #: Domain ids up to 101 keep Fast DDS below the ephemeral ports of Linux.
 _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
@@ -62,9 +66,6 @@ def pytest_configure(config):
                  'ROS_NAMESPACE', *FASTDDS_PROFILES):
         os.environ.pop(name, None)
     os.environ[FASTDDS_PROFILES[0]] = str(_PROFILES)
-    if 'DISPLAY' not in os.environ and config.option.job in (None, 'core'):
-        # MuJoCo reads it when it is imported, and any test may be the first to do so.
-        os.environ.setdefault('MUJOCO_GL', 'egl')
     config.stash[_SHARED] = {}
     config.stash[_END] = QuietEnd()
     config.pluginmanager.register(FailuresAtOnce(config))

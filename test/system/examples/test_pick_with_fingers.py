@@ -62,4 +62,4 @@ def assert_done(run):
     """Check that all steps were done, and that the cube lies where it should."""
     assert run.returncode == 0, run.stdout + run.stderr
     assert set(STEPS) <= set(run.stdout.splitlines())
-    assert 'from where it should' in run.stdout
+    assert 'mm from its target' in run.stdout
