@@ -84,11 +84,12 @@ def test_descriptions_come_late_too(client: ClientNode) -> None:
 
 
 def test_diagnostics_name_controllers_hardware_and_loop(client: ClientNode) -> None:
-    """The names are those of the reference."""
+    """The first three names are those of the reference."""
     message = client.collect('/diagnostics', DiagnosticArray).wait(1)[0]
     assert {status.name for status in message.status} == {
         'controller_manager: Controllers Activity',
         'controller_manager: Hardware Components Activity',
         'controller_manager: Controller Manager Activity',
+        'controller_manager: Arm Safety',
     }
     assert message.status[0].level == b'\0'
