@@ -204,10 +204,13 @@ def test_a_crowd_moves_nothing_and_leaves_nothing(bridge, talk, peer, joint_stat
         wait_until_left(peer)
 
     visit()
-    before = used(bridge)
-    visit()
-    after = used(bridge)
-    talk().settle()
+    for _ in range(6):  # the allocator keeps what the fullest moment needed
+        before = used(bridge)
+        visit()
+        talk().settle()
+        after = used(bridge)
+        if after[0] - before[0] < 5 << 20:
+            break
     assert after[0] - before[0] < 5 << 20
     assert after[1] <= before[1]
     assert joint_states == []
