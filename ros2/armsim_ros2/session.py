@@ -7,7 +7,10 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Callable, Iterable
 import os
+import signal
+import threading
 import time
+from types import FrameType
 from typing import Any, TypeVar
 
 from armsim_ros2.discovery import announce_often, settle
@@ -24,6 +27,42 @@ PATIENCE = {True: 2.0, False: 5.0}
 _PERIOD = 0.02
 #: Longest wait inside the middleware; Ctrl-C takes effect after it [s].
 _SPIN = 0.1
+
+
+class _HeldSignals:
+    """
+    Keeps SIGINT and SIGTERM back, as a context manager.
+
+    An executor that an exception leaves in the middle of a callback runs no other callback of
+    that group any more: a goal that is then cancelled would never hear of it.
+    """
+
+    def __init__(self) -> None:
+        self._handlers: dict[int, Callable[[int, FrameType | None], Any]] = {}
+        self._noted: list[int] = []
+
+    def __enter__(self) -> _HeldSignals:
+        """Take over the handlers, if this is the main thread."""
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                handler = signal.getsignal(number)
+                if callable(handler):
+                    self._handlers[number] = handler
+                    signal.signal(number, lambda number, _: self._noted.append(number))
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        """Give the handlers back."""
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        if kind is None:
+            self.deliver()
+
+    def deliver(self) -> None:
+        """Call the handler of a signal that has come."""
+        if self._noted:
+            number = self._noted.pop(0)
+            self._handlers[number](number, None)
 
 
 class Session:
@@ -169,11 +208,13 @@ class Session:
         :returns: whether it is done.
         """
         end = time.monotonic() + limit
-        while not done():
-            left = end - time.monotonic()
-            if left <= 0:
-                return False
-            self._executor.spin_once(timeout_sec=min(_SPIN, left))
+        with _HeldSignals() as signals:
+            while not done():
+                left = end - time.monotonic()
+                if left <= 0:
+                    return False
+                self._executor.spin_once(timeout_sec=min(_SPIN, left))
+                signals.deliver()
         return True
 
     def call(self, kind: str, name: str, /, patience: float = 0.0, limit: float = 10.0,

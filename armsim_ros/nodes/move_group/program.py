@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+import inspect
 import sys
 import time
 from typing import Any, ClassVar
@@ -273,6 +274,9 @@ class MoveGroupProgram(ExecutorProgram):
         sys.setswitchinterval(_SWITCH_INTERVAL)
         name_with_dots(node)
         move_group = MoveGroup(node, executor, self._cell)
+        # A logger looks up its caller among the files of all modules: at first with thousands of
+        # system calls, each of which would yield to a plan for a millisecond.
+        inspect.getmodule(inspect.currentframe())
         afterwards.callback(move_group.close)
         self._spin(executor, node, move_group)
         return 0

@@ -18,6 +18,8 @@ from armsim_ros2.values import fill, parse, to_yaml
 
 #: A reason that is published arrives sooner [s].
 _REASON = 1.0
+#: After this time an answer to a cancel is taken for lost [s].
+_AGAIN = 2.0
 _STATUSES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
 
 
@@ -108,14 +110,18 @@ def _print_reason(session: Session, action: str) -> None:
 
 
 def _cancel(session: Session, accepted: Any) -> None:
-    """Cancel a goal and wait for its result."""
+    """Cancel a goal and wait for its result; a lost answer is asked for again."""
     if not session.spin(accepted.done, 2.0) or not accepted.result().accepted:
         return
     handle = accepted.result()
     print('Canceling goal...')
-    canceled, result = handle.cancel_goal_async(), handle.get_result_async()
-    session.spin(canceled.done)
-    if not canceled.result().goals_canceling:
+    result = handle.get_result_async()
+    asked = [handle.cancel_goal_async()]
+    while not session.spin(lambda: result.done() or asked[-1].done(), _AGAIN):
+        asked.append(handle.cancel_goal_async())
+    answer = asked[-1].result()
+    ended = result.done() or answer.return_code == answer.ERROR_GOAL_TERMINATED
+    if not ended and not answer.goals_canceling:
         raise CliError('Failed to cancel goal')
     print('Goal canceled.')
     if session.spin(result.done, 10.0):

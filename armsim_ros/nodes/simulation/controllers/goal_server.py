@@ -58,7 +58,10 @@ class GoalServer(ABC):
         self._node = node
         self._dispatcher = dispatcher
         self._taken: tuple[Any, Any] | None = None
-        self._discovery = ClientDiscovery(node, dispatcher, f'{name}/_action/send_goal')
+        self._discoveries = [
+            ClientDiscovery(node, dispatcher, f'{name}/_action/{service}')
+            for service in ('send_goal', 'cancel_goal', 'get_result')
+        ]
         self._running: dict[bytes, RunningGoal] = {}
         self._ending = ''
         self._server = ActionServer(
@@ -111,7 +114,8 @@ class GoalServer(ABC):
         """Return the result message of a goal that the program aborts."""
 
     async def _decide(self, request: Any) -> GoalResponse:
-        await self._discovery.completed()
+        for discovery in self._discoveries:
+            await discovery.completed()
         goal = None if self._ending else self._send(request)
         if goal is None:
             return GoalResponse.REJECT
