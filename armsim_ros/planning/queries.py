@@ -152,6 +152,7 @@ def _solve_ik(
             return False
         return kept.satisfied(q)
 
+    inverse.prepare(targets)
     result = yield from inverse.tries(
         targets, scene.q, IKOptions(
             is_valid=valid, rng=np.random.default_rng(max(context.settings.seed, 0)),

@@ -34,6 +34,23 @@ def test_pose_is_reached(six, six_scene, plan_for, clock, wanted):
         wanted, abs=1e-4)
 
 
+def test_a_limit_begins_once_the_table_of_starts_is_made(
+    six_scene, plan_for, wanted, monkeypatch
+):
+    """The first pose of a process has all of its time for the search."""
+    tables = {}
+    monkeypatch.setattr(six_scene.kinematic_model, '_cache', tables)
+    known = []
+
+    def clock():
+        known.append(any(key[0] == 'start table' for key in tables))
+        return 0.0
+
+    plan_for(six_scene).compute_ik(
+        IKRequest('arm', (LinkPose('', wanted),)), six_scene, clock=clock)
+    assert known[0]
+
+
 def test_seed_state_is_tried_first(six_scene, plan_for, clock, wanted):
     """SRV-2: a seed that already fits comes back."""
     response = plan_for(six_scene).compute_ik(
