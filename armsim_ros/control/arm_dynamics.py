@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import mujoco
 import numpy as np
@@ -17,6 +18,22 @@ from armsim_ros.sim.physics.mujoco_model import PlantSpec
 
 #: Of the model alone: what rotors add is the hardware's matter.
 _SETTINGS = SimulationSettings(armature=0.0, armature_linear=0.0, gravity=(0.0, 0.0, -9.81))
+
+
+class Chain(Protocol):
+    """Parameters that name joints, tip and base."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that move the tip."""
+
+    @property
+    def end_effector_frame(self) -> str:
+        """The tip's link."""
+
+    @property
+    def base_frame(self) -> str:
+        """Frame of poses."""
 
 
 class ArmDynamics:
@@ -60,6 +77,21 @@ class ArmDynamics:
                 if not column.any()]
         if idle:
             raise ControllerError(f"joint '{idle[0]}' does not move link '{tip}'")
+
+    @classmethod
+    def of_controller(cls, name: str, model: RobotModel | None, chain: Chain) -> ArmDynamics:
+        """
+        Return the dynamics of a controller's chain.
+
+        :param name: of the controller.
+        :raises ControllerError: a parameter is missing, or as the constructor does.
+        """
+        for key in ('joints', 'end_effector_frame'):
+            if not getattr(chain, key):
+                raise ControllerError(f"parameter '{key}' of '{name}' is missing")
+        if model is None:
+            raise ControllerError(f"'{name}' needs the robot's description")
+        return cls(model, chain.joints, chain.end_effector_frame, chain.base_frame)
 
     def move(self, positions: Vector, velocities: Vector) -> None:
         """Be at positions (n,) [rad or m] with velocities (n,) [rad/s or m/s]."""

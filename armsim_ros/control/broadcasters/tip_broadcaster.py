@@ -18,7 +18,6 @@ from armsim_ros.config.controllers.compliance import (
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.broadcasters.broadcaster import Broadcaster
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
-from armsim_ros.errors import ControllerError
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 
 
@@ -47,13 +46,7 @@ class TipBroadcaster(Broadcaster[TipBroadcasterParameters, SensorSample]):
     def configure(self) -> None:
         """Check that joints and links are those of the robot."""
         parameters, model = self.parameters, self.context.model
-        for name in ('joints', 'end_effector_frame'):
-            if not getattr(parameters, name):
-                raise ControllerError(f"parameter '{name}' of '{self.name}' is missing")
-        if model is None:
-            raise ControllerError(f"'{self.name}' needs the robot's description")
-        self._arm = ArmDynamics(model, parameters.joints, parameters.end_effector_frame,
-                                parameters.base_frame)
+        self._arm = ArmDynamics.of_controller(self.name, model, parameters)
         self._samples.clear()
 
     def _move(self) -> None:

@@ -32,7 +32,6 @@ from armsim_ros.control.controller import Controller
 from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import EFFORT, JointProperties
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.errors import ControllerError
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     pose_from_parts,
@@ -86,13 +85,7 @@ class ComplianceController(Controller[ParametersT]):
     def configure(self) -> None:
         """Check that joints and links are those of the robot, and that all is named."""
         parameters, model = self.parameters, self.context.model
-        for name in ('joints', 'end_effector_frame'):
-            if not getattr(parameters, name):
-                raise ControllerError(f"parameter '{name}' of '{self.name}' is missing")
-        if model is None:
-            raise ControllerError(f"'{self.name}' needs the robot's description")
-        self._arm = ArmDynamics(model, self.joints, parameters.end_effector_frame,
-                                parameters.base_frame)
+        self._arm = ArmDynamics.of_controller(self.name, model, parameters)
         found = JointProperties.of(self.joints, model)
         self._bounds = JointBounds(found.lower, found.upper,
                                    np.isfinite(found.lower) & np.isfinite(found.upper))
