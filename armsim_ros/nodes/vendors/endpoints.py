@@ -76,7 +76,8 @@ class ArmNodes:
         def call() -> Any:
             self.arm.time_ns = self.time_ns
             result = function()
-            self.manager.stops.follow(self.time_ns)
+            if self.arm.changed:
+                self.manager.stops.follow(self.time_ns)
             return result
         return await self._work.in_loop(call)
 

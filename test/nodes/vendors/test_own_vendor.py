@@ -62,7 +62,7 @@ def test_error_recovery_clears_a_reflex(tmp_path):
     """
     Franka's action clears a stop; while the button is pressed it is aborted.
 
-    As ``franka_hardware`` does in its action server ``error_recovery``.
+    franka_ros2, franka_action_server.cpp, errorRecoveryAction.
     """
     with simulation(tmp_path, 'franka') as client:
         press(client, 'protective_stop')
