@@ -8,7 +8,7 @@ import asyncio
 import base64
 import binascii
 import json
-from typing import Any, Literal
+from typing import Any
 from weakref import WeakKeyDictionary
 
 from geometry_msgs.msg import Point, Pose
@@ -21,7 +21,6 @@ from moveit_msgs.msg import (
 )
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 import numpy as np
-from pydantic import Field
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
 from std_msgs.msg import String
@@ -30,16 +29,23 @@ from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, Part
 from armsim_ros.nodes.web.parts.goal import GoalPart
+from armsim_ros.nodes.web.parts.object_commands import (
+    Add,
+    AddMesh,
+    Allow,
+    Change,
+    Load,
+    Named,
+    Save,
+    Select,
+)
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
 from armsim_ros.nodes.web.scene.objects_drawing import drawn_objects, ObjectsDrawing
 from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.shapes import parts_of_file
-
-Three = tuple[float, float, float]
-Four = tuple[float, float, float, float]
 
 #: Sizes of new objects: the dimensions of a SolidPrimitive [m].
 _SIZES = {'box': [0.1, 0.1, 0.1], 'sphere': [0.06], 'cylinder': [0.15, 0.05]}
@@ -52,56 +58,6 @@ _NEWS = QoSProfile(depth=100)
 _PAUSE = 0.05
 #: How often the reason of a refused change is checked for, a pause between.
 _REASON_LOOKS = 10
-
-
-class Add(PanelCommand):
-    """A new object before the robot."""
-
-    shape: Literal['box', 'sphere', 'cylinder']
-
-
-class AddMesh(PanelCommand):
-    """A new object from a mesh file, its bytes in base64."""
-
-    name: str = Field(max_length=200)
-    data: str
-
-
-class Change(PanelCommand):
-    """Another place, turn (quaternion xyzw) or size of an object."""
-
-    id: str
-    xyz: Three | None = None
-    turn: Four | None = None
-    size: list[float] | None = Field(default=None, max_length=3)
-
-
-class Named(PanelCommand):
-    """An object."""
-
-    id: str
-
-
-class Select(PanelCommand):
-    """The object to move by handles; '' for none."""
-
-    id: str = ''
-
-
-class Allow(PanelCommand):
-    """Pairs that may touch from now on."""
-
-    pairs: list[tuple[str, str]] = Field(min_length=1, max_length=50)
-
-
-class Load(PanelCommand):
-    """Objects that were saved."""
-
-    text: str
-
-
-class Save(PanelCommand):
-    """The objects as text."""
 
 
 class ObjectsPart(Part):
