@@ -52,7 +52,7 @@ def test_every_public_name_is_there():
 
 
 def test_nothing_is_imported_before_it_is_needed():
-    """A program of one wing does not load the other: the package itself imports nothing."""
+    """A program of one branch does not load the other: the package itself imports nothing."""
     code = 'import sys, armsim_ros; print([name for name in sys.modules if "mujoco" in name])'
     said = subprocess.run(
         [sys.executable, '-c', code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -57,12 +57,12 @@ def announce_often(environment: MutableMapping[str, str] = os.environ) -> None:
 
 def ensure_log_folder(environment: MutableMapping[str, str] = os.environ) -> str:
     """
-    Let ROS log to a temporary folder where the usual one, ~/.ros/log, cannot be written.
+    Let ROS log to a temporary folder if ~/.ros/log cannot be written.
 
     A folder that the user names by ROS_LOG_DIR or ROS_HOME is left alone.
 
     :param environment: the variables to change.
-    :returns: a line that reports the change, '' without one.
+    :returns: a message about the change, '' if there is none.
     """
     if environment.get('ROS_LOG_DIR') or environment.get('ROS_HOME'):
         return ''

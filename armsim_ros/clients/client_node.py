@@ -201,11 +201,11 @@ class Collector:
 
     def wait_after(self, act: Callable[[], Any], timeout: float = PATIENCE) -> Any:
         """
-        Do what makes another node publish, and return the first message.
+        Call a function that makes another node publish, and return the first message.
 
-        It is done again while nothing comes: a publisher finds a new subscription in its own time.
+        It is called again while nothing arrives: the publisher may discover the subscription late.
 
-        :param act: what to do; it must bear to be done again.
+        :param act: the function; it may be called several times.
         :param timeout: [s].
         :raises AssertionError: no message in time.
         """

@@ -31,10 +31,10 @@ _SPIN = 0.1
 
 class _HeldSignals:
     """
-    Keeps SIGINT and SIGTERM back, as a context manager.
+    Defers SIGINT and SIGTERM until ``deliver``, as a context manager.
 
-    An executor that an exception leaves in the middle of a callback runs no other callback of
-    that group any more: a goal that is then cancelled would never hear of it.
+    An exception within a callback leaves its callback group busy for ever, so that the answer to
+    a cancel request would never be read.
     """
 
     def __init__(self) -> None:

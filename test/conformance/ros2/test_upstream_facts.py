@@ -90,7 +90,7 @@ def check(fact, status, out, err):
 
 
 def answer(fact, ros2, words):
-    """Run a command and check it; a list is asked for again, as discovery has no known end."""
+    """Run a command and check it; a list is requested again, as discovery has no known end."""
     for attempt in range(LISTS if words[1] == 'list' else 1):
         done = ros2(*words)
         try:
