@@ -25,7 +25,7 @@ SHADES = (0.37, 0.45)
 
 
 #: What only the camera sees, and between which states of the arm it is in the way.
-POST, PLACE = Box((0.05, 0.05, 0.28)), (0.108, 0.18, 1.155)
+POST, PLACE = Box((0.05, 0.05, 0.28)), (0.166, 0.16, 1.155)
 SIDES = [{f'joint_{number}': value for number, value in enumerate(
     (turn, 0.3, 1.6, 0.27, 1.57, 0.0), 1)} for turn in (-0.8, 0.8)]
 #: Radius of the line of the tool [m], and its colour.
