@@ -223,14 +223,16 @@ class Entities:
         """Prepare new objects, see :meth:`WorldScene.stage`."""
         return self._simulation.world.stage(add=items)
 
-    def spawn(self, edit: WorldEdit) -> None:
+    def spawn(self, edit: WorldEdit) -> str:
         """
         Add prepared objects; only from the thread that ticks.
 
+        :returns: which other object one of them overlaps, '' where none does.
         :raises OverlapError: a free object overlaps a robot; nothing is added then.
         """
-        self._simulation.world.commit(edit, keep_clear=True)
+        overlap = self._simulation.world.commit(edit, keep_clear=True)
         self._spawned += tuple(item.name for item in edit.added)
+        return overlap
 
     def stage_delete(self, names: Iterable[str]) -> WorldEdit:
         """

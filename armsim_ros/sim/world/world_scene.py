@@ -20,6 +20,7 @@ from armsim_ros.model.transforms import (
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.sim.physics.geoms import contacts
 from armsim_ros.sim.physics.mujoco_model import Ground, object_body_name
 from armsim_ros.sim.physics.plant import Plant, StagedPlant
 from armsim_ros.sim.world.hull_overlaps import LEAST_OVERLAP
@@ -197,17 +198,19 @@ class WorldScene:
             raise
         return WorldEdit(staged, added, removed, ground)
 
-    def commit(self, edit: WorldEdit, *, keep_clear: bool = False) -> None:
+    def commit(self, edit: WorldEdit, *, keep_clear: bool = False) -> str:
         """
         Make a staged change, between two steps.
 
         :param keep_clear: refuse what would overlap a robot, if it is free to move.
+        :returns: which other object a new one overlaps most, so that they will be pushed apart;
+            '' where none does.
         :raises OverlapError: a new object overlaps a robot; the change is undone.
         """
-        free = {object_body_name(item.name) for item in edit.added if item.mass is not None}
+        remarks: list[str] = []
         try:
-            self._plant.adopt(edit.staged, lambda model, data: (
-                _refuse_overlaps(model, data, free) if keep_clear else None))
+            self._plant.adopt(edit.staged, lambda model, data: remarks.extend(
+                _judged_overlaps(model, data, edit.added) if keep_clear else ()))
         except OverlapError:
             self._undo(edit.added, edit.removed)
             raise
@@ -216,6 +219,7 @@ class WorldScene:
         self._things.update((item.name, item) for item in edit.added)
         self._ground = edit.ground
         self.version += 1
+        return remarks[0] if remarks else ''
 
     def add(self, item: WorldObject) -> None:
         """
@@ -262,14 +266,20 @@ class WorldScene:
         return int(self._plant.model.jnt_qposadr[self._plant.model.body_jntadr[body]])
 
 
-def _refuse_overlaps(model: Any, data: Any, free: set[str]) -> None:
-    found = data.contact
-    depths = -found.dist[: data.ncon]
-    for number in np.flatnonzero(depths > LEAST_OVERLAP):
-        bodies = tuple(model.body(int(model.geom_bodyid[geom])).name
-                       for geom in found.geom[number])
-        for mine, other in (bodies, bodies[::-1]):
-            if mine in free and other != 'world' and not other.startswith(_PREFIX):
-                raise OverlapError(
-                    f"'{mine.removeprefix(_PREFIX)}' would overlap '{other}' by "
-                    f'{depths[number] * 1e3:.1f} mm; put it elsewhere')
+def _judged_overlaps(model: Any, data: Any, added: Iterable[WorldObject]) -> list[str]:
+    """Return which objects overlap new ones, the deepest first; refuse what overlaps a robot."""
+    new = {object_body_name(item.name): item.mass is not None for item in added}
+    remarks = []
+    for contact in contacts(model, data):
+        if contact.depth <= LEAST_OVERLAP:
+            break
+        for mine, other in (contact.bodies, contact.bodies[::-1]):
+            if mine not in new or other == 'world':
+                continue
+            pair = (f"'{mine.removeprefix(_PREFIX)}'", f"'{other.removeprefix(_PREFIX)}' by "
+                    f'{contact.depth * 1e3:.1f} mm')
+            if other.startswith(_PREFIX):
+                remarks.append(f'{pair[0]} overlaps {pair[1]}: they will be pushed apart')
+            elif new[mine]:
+                raise OverlapError(f'{pair[0]} would overlap {pair[1]}; put it elsewhere')
+    return remarks

@@ -332,6 +332,16 @@ def test_what_would_overlap_the_robot_is_undone(crowded):
     assert 'inside' in crowded.world.names
 
 
+@pytest.mark.parametrize(('height', 'words'), [(0.55, "'late' overlaps 'shelf' by 10.0 mm"),
+                                              (0.5601, '')])
+def test_what_a_new_object_overlaps_is_told(crowded, height, words):
+    """It names the other object and the depth; what stands on something overlaps nothing."""
+    place = crowded.world.pose('shelf')[:3, 3] + (0.0, 0.0, height)
+    told = crowded.world.commit(
+        crowded.world.stage(add=[block('late', place, mass=0.1)]), keep_clear=True)
+    assert told == (words and f'{words}: they will be pushed apart')
+
+
 def test_a_reset_brings_fixed_objects_back(crowded):
     """Whatever was put elsewhere stands where it first stood; free ones are at rest."""
     crowded.world.set_pose('shelf', pose_matrix((5.0, 0.0, 0.5)))

@@ -149,10 +149,10 @@ class Spawning:
             raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
         edit = self._entities.stage_spawn([replace(loaded.item, name=name, pose=frame @ local)])
         try:
-            self._work.wait_for_loop(lambda: self._entities.spawn(edit))
+            overlap = self._work.wait_for_loop(lambda: self._entities.spawn(edit))
         except OverlapError as error:
             raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
-        return name, told_of(loaded)
+        return name, '; '.join(filter(None, (told_of(loaded), overlap)))
 
     def _name(self, order: _Order, item: WorldObject) -> str:
         requested = order.name or item.name
