@@ -76,7 +76,7 @@ _BENT = (0.35, 0.0, -1.9, 0.0, 2.25, 0.785)
 SUNDAY = Task(
     'sunday', 'manipulator', 'link_6', {'camera': {'focal_length': 0.966657, **SMALL}},
     (0.0, 0.4569, 0.4905, -0.5519, 1.57, 0.0), _turned(-0.8, _READY), _turned(0.8, _READY),
-    (0.05, 0.05, 0.28), (0.108, 0.18, 1.155))
+    (0.05, 0.05, 0.28), (0.166, 0.16, 1.155))
 PANDA = Task(
     'panda', 'panda_arm', 'panda_hand',
     {'eye': {'link': 'panda_link0', 'xyz': [2.0, 0, 0.9], 'rpy': [0, 0.25, 3.1416], **SMALL},
