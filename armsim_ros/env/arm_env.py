@@ -230,9 +230,11 @@ class ArmEnv(Env[Any, Any]):
 
     def _stop_cause(self) -> str:
         """Return why an arm would stop, '' where none would, or where that does not count."""
+        if not self._end_on_stop:
+            return ''
         monitors = [manager.stops.monitor for manager in self._sim.managers.values()]
         causes = [monitor.check(self._sim.simulation.time_ns) for monitor in monitors
-                  if monitor is not None and self._end_on_stop]
+                  if monitor is not None]
         return next((str(cause) for cause in causes if cause is not None), '')
 
     def observe(self) -> Any:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from multiprocessing import get_context
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 import os
+from selectors import DefaultSelector, EVENT_READ
 from typing import Any
 
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -59,6 +60,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         self._shares = [range(num_envs)[begin::workers] for begin in range(workers)]
         self._pipes: list[Connection] = []
         self._processes: list[Any] = []
+        #: Of each process: waits for its answer, or its end.
+        self._selectors: list[DefaultSelector] = []
         for share in self._shares:
             ours, theirs = context.Pipe()
             process = context.Process(
@@ -67,6 +70,9 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
             theirs.close()
             self._pipes.append(ours)
             self._processes.append(process)
+            self._selectors.append(DefaultSelector())
+            for event in (ours, process.sentinel):
+                self._selectors[-1].register(event, EVENT_READ)
         try:
             facts = self._answers()[0]
         except ArmsimError:
@@ -131,7 +137,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the processes."""
-        for pipe in self._pipes:
+        for selector, pipe in zip(self._selectors, self._pipes, strict=True):
+            selector.close()
             pipe.close()
         for process in self._processes:
             process.join()
@@ -175,8 +182,7 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         process = self._processes[number]
         while True:
             try:
-                if wait([pipe, process.sentinel], _CHECK_S) and (
-                        pipe.poll() or not process.is_alive()):
+                if self._selectors[number].select(_CHECK_S):
                     return pipe.recv()
             except (EOFError, ConnectionResetError):
                 process.join()

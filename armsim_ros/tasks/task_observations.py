@@ -11,7 +11,7 @@ from gymnasium.spaces import Box, Dict, Space
 import numpy as np
 from numpy.typing import NDArray
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import selector, Vector
 from armsim_ros.env.actions import Actions
 from armsim_ros.tasks.hand import HandModel
 
@@ -48,7 +48,7 @@ class TaskObservations:
         self._kind = kind
         self.pictures = kind.startswith('pixels')
         arm = [i for i, name in enumerate(joints) if name != hand.joint]
-        self._arm = np.array(arm, dtype=np.intp)
+        self._arm = selector(arm)
         self.state_names = (*(joints[i] for i in arm), 'gripper')
         items = ('tip', *objects)
         self.environment_names = (*(f'{name}.{part}' for name in items for part in _POSE),
@@ -106,14 +106,15 @@ class TaskObservations:
         :param pictures: camera -> (h, w, 3), where they are observed.
         """
         if self._kind == 'state':
-            parts = [now['joint_positions'][self._arm], np.array([level]),
+            parts = [now['joint_positions'][self._arm], (level,),
                      now['joint_velocities'][self._arm], now['tip_pose']]
             if 'object_poses' in now:
                 parts.append(now['object_poses'])
             if target is not None:
                 parts.append(target)
-            values = np.concatenate(parts).astype(np.float32)
-            return np.minimum(np.maximum(values, self._low), self._high)
+            values = np.concatenate(parts, dtype=np.float32, casting='same_kind')
+            np.maximum(values, self._low, out=values)
+            return np.minimum(values, self._high, out=values)
         if self._kind == 'pixels':
             return {'pixels': pictures}
         agent = self.agent_pos(now, level)

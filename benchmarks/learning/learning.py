@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Steps, resets, vectors and pictures of tasks beside bare MuJoCo with the same model, in one run.
+Steps, resets, vectors, pictures of tasks beside bare MuJoCo with the same model; memory.
 
 A ratio is a median of the processor time of ours by that of the peer, which take turns.
 """
@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from multiprocessing import active_children
 import os
+from pathlib import Path
 from statistics import median
 import time
 from typing import Any
@@ -32,7 +34,7 @@ def main(options: Options) -> None:
     rows = [row for robot in ROBOTS for row in (*_steps(robot), *_resets(robot))]
     rows += [_pictures(), *_vectors()]
     publish(options.report, 'learning', Table('Tasks beside bare MuJoCo', HEAD, rows),
-            machine_load())
+            _memory(), machine_load())
 
 
 def _steps(robot: str) -> list[tuple[str, ...]]:
@@ -46,13 +48,19 @@ def _steps(robot: str) -> list[tuple[str, ...]]:
         actions = _wandering(env, random)
         model, data = env.sim.simulation.mujoco_model, env.sim.simulation.mujoco_data
         copy, count, pairs = mujoco.MjData(model), _physics_steps(env), []
+        whole = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+        states = np.empty((STEPS, mujoco.mj_stateSize(model, whole)))
         for begin in range(0, ROUNDS * STEPS, STEPS):
+            mujoco.mj_copyData(copy, model, data)
             ours = bare = 0.0
-            for each in actions[begin:begin + STEPS]:
-                # From the same state: an arm at rest would cost the peer less.
-                mujoco.mj_copyData(copy, model, data)
-                bare += _cost(partial(mujoco.mj_step, model, copy), (count,))
+            for each, state in zip(actions[begin:begin + STEPS], states, strict=True):
+                mujoco.mj_getState(model, data, state, whole)
                 ours += _cost(env.step, (each,))
+            # From the same states: an arm at rest would cost the peer less. Not in between:
+            # each side would find the other's data in its caches.
+            for state in states:
+                mujoco.mj_setState(model, copy, state, whole)
+                bare += _cost(partial(mujoco.mj_step, model, copy), (count,))
             pairs.append((ours / STEPS, bare / STEPS))
         rows.append(_row(f'{robot}: step, {action}', pairs, f'<= {goal}'))
         env.close()
@@ -132,6 +140,28 @@ def _vectors() -> list[tuple[str, ...]]:
             (f'{count} environments by mujoco.rollout', many, bare, '<= 2')]
     return [(title, f'{1e6 * ours:.0f}', f'{1e6 * peer:.0f}', f'{ours / peer:.2f}', goal)
             for title, ours, peer, goal in rows]
+
+
+def _memory() -> str:
+    """Return by how much the memory of all workers grows with an environment."""
+    own, processes = (
+        (_memory_of(mode, many) - _memory_of(mode, few)) / (1024 * (many - few))
+        for mode, few, many in (('vector_entry_point', 2, 10), ('async', 2, 4)))
+    return (f'One more environment takes {own:.1f} MB in the own vector (goal: 20) and '
+            f'{processes:.0f} MB in an AsyncVectorEnv (goal: 150).')
+
+
+def _memory_of(mode: str, count: int) -> int:
+    """Return the memory of the workers of a vector, shared pages by their share [KiB]."""
+    more: dict[str, Any] = {'vector_kwargs': {'context': 'spawn'}} if mode == 'async' else {}
+    vector = gymnasium.make_vec('armsim_ros.tasks:armsim/PickCube-v1', num_envs=count,
+                                vectorization_mode=mode, **more)
+    vector.reset(seed=0)
+    vector.step(np.zeros(vector.action_space.shape))
+    texts = [Path(f'/proc/{child.pid}/smaps_rollup').read_text() for child in active_children()]
+    vector.close()
+    return sum(int(line.split()[1]) for text in texts for line in text.splitlines()
+               if line.startswith('Pss:'))
 
 
 def _wandering(env: Any, random: np.random.Generator) -> list[Any]:

@@ -218,7 +218,9 @@ class Servo(Restorable):
             return False
         if (untuned := self._untuned) >= TUNING_STEPS:
             # The gains follow the inertias; nothing follows an effort here.
-            self._damping = self._damping_at([self._row])[0]
+            at = self._row // self._stride
+            own = self.dynamics.joint_inertias(self._inertias[at:at + 1])
+            self._damping = self.gains.damping(own)[0]
             self._tune(self._stiffness, self._damping)
             untuned, self._counted = 0, self._counts[self._row]
         basis = self._basis
