@@ -86,7 +86,7 @@ def collect(
 def _opened(plan: Plan, folder: Path, runner: EpisodeRunner) -> DataSet:
     task = runner.task
     facts: Mapping[str, Any] = {
-        'env_id': plan.source.env_id, 'arguments': _plain(plan.source.arguments),
+        'env_id': plan.source.env_id, 'arguments': _plain(runner.source.arguments),
         'policy': plan.source.policy, 'seed': plan.seed, 'only_successes': plan.only_successes,
         'versions': versions()}
     return DataSet(folder, features_of(task), whole_fps(task.period), task.cell.model.name, facts)

@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module, metadata
 import os
+from pathlib import Path
 import sys
 from typing import Any
 
@@ -36,7 +37,9 @@ class Source:
     :param env_id: such as ``armsim/PickCube-v1``.
     :param arguments: those of the task.
     :param policy: ``expert``, ``random`` or ``MODULE:CALLABLE``, which gets an observation and
-        returns an action.
+        returns an action; where it has ``reset``, that is called before an episode. Or the folder
+        ``pretrained_model`` of a policy that LeRobot has trained, which brings the arguments
+        that it needs.
     """
 
     env_id: str
@@ -57,10 +60,11 @@ class EpisodeRunner:
     """
 
     def __init__(self, source: Source) -> None:
-        self.source = source
-        self.env = made(source)
-        self.task: TaskEnv = self.env.unwrapped  # type: ignore[assignment]
         self._policy = None if source.policy in (EXPERT, RANDOM) else imported(source.policy)
+        suited: Mapping[str, Any] = getattr(self._policy, 'arguments', {})
+        self.source = replace(source, arguments={**suited, **source.arguments})
+        self.env = made(self.source)
+        self.task: TaskEnv = self.env.unwrapped  # type: ignore[assignment]
 
     def run(self, seed: int) -> EpisodeData:
         """
@@ -112,6 +116,7 @@ class EpisodeRunner:
 
     def _policy_of(self, seed: int) -> Policy:
         if self._policy is not None:
+            getattr(self._policy, 'reset', lambda: None)()
             return self._policy
         if self.source.policy == EXPERT:
             return lambda observation: self.task.expert()
@@ -153,10 +158,19 @@ def versions() -> dict[str, str]:
 
 def imported(policy: str) -> Policy:
     """
-    Return the function of ``MODULE:CALLABLE``.
+    Return the function of ``MODULE:CALLABLE``, or the policy in a folder of LeRobot's.
 
     :raises ConfigError: it cannot be imported.
     """
+    if (Path(policy) / 'config.json').is_file():
+        try:
+            checkpoint: Any = import_module('lerobot_robot_armsim.checkpoint')
+        except ImportError as error:
+            raise ConfigError(Problem(
+                f"the policy '{policy}' is LeRobot's, and '{error.name}' is not installed",
+                remedy='pip install lerobot_robot_armsim')) from None
+        loaded: Policy = checkpoint.Checkpoint(Path(policy))
+        return loaded
     module, _, name = policy.partition(':')
     if os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
@@ -165,7 +179,8 @@ def imported(policy: str) -> Policy:
     except (ImportError, AttributeError, ValueError) as error:
         raise ConfigError(Problem(
             f"the policy '{policy}' cannot be imported: {error}",
-            allowed=f'{EXPERT}, {RANDOM}, or MODULE:CALLABLE')) from None
+            allowed=f'{EXPERT}, {RANDOM}, MODULE:CALLABLE, or a folder with a config.json of '
+                    'LeRobot')) from None
     if not callable(found):
         raise ConfigError(Problem(f"the policy '{policy}' cannot be called"))
     policy_found: Policy = found

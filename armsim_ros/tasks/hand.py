@@ -15,6 +15,7 @@ from armsim_ros.config.controllers.gripper_action_controller import GripperParam
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.grippers import Gripper, grippers_in
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.assembly import build_simulation
 from armsim_ros.sim.physics.mujoco_model import object_body_name
 from armsim_ros.sim.simulation import Simulation
@@ -81,6 +82,14 @@ class HandModel:
         return cls('', joint, float(limits.lower), float(limits.upper), gripper.palm, middle,
                    gripper)
 
+    def arm_joints(self, model: RobotModel) -> tuple[str, ...]:
+        """Return the joints with drives but that of the fingers."""
+        return tuple(name for name in model.active_joints if name != self.joint)
+
+    def level_of(self, position: float) -> float:
+        """Return how far fingers are open, 0 to 1, with their joint at a position [rad or m]."""
+        return min(1.0, max(0.0, (position - self.closed) / (self.open - self.closed)))
+
     def point(self, simulation: Simulation) -> Vector:
         """Return the point of the grasp in the world (3,) [m]."""
         pose = simulation.link_pose(self.link)
@@ -134,9 +143,7 @@ class Hand:
         """1 for fingers apart or a cup that is on, 0 for fingers together or a cup that is off."""
         if self.model.cup:
             return float(self._simulation.vacuum_grippers[self.model.cup].on)
-        span = self.model.open - self.model.closed
-        position = float(self._simulation.state.position[self._joint])
-        return min(1.0, max(0.0, (position - self.model.closed) / span))
+        return self.model.level_of(float(self._simulation.state.position[self._joint]))
 
     def holds(self, item: str) -> bool:
         """Return whether an object is at the cup, or pressed between the fingers."""

@@ -76,7 +76,8 @@ def test_the_expert_moves_the_robot():
     from lerobot.robots.utils import make_robot_from_config
     from lerobot.teleoperators.utils import make_teleoperator_from_config
 
-    robot = make_robot_from_config(plugin.ArmsimConfig(id='arm'))
+    robot = make_robot_from_config(
+        plugin.ArmsimConfig(id='arm', transport='local', camera_names=['front']))
     expert = make_teleoperator_from_config(plugin.ArmsimExpertConfig(id='expert'))
     expert.connect()
     robot.connect()
@@ -98,7 +99,7 @@ def test_the_expert_moves_the_robot():
 def test_deltas_move_the_tip():
     """A delta of the gamepad moves the tip along the world's axes; 1 leaves the gripper."""
     robot = plugin.Armsim(plugin.ArmsimConfig(
-        id='arm', camera_names=[], action='ee_delta', ee_step=0.005))
+        id='arm', transport='local', action='ee_delta', ee_step=0.005))
     robot.connect()
     try:
         assert set(robot.action_features) == {'delta_x', 'delta_y', 'delta_z', 'gripper'}
@@ -114,3 +115,49 @@ def test_deltas_move_the_tip():
         assert robot.get_observation()['gripper.pos'] == 100.0
     finally:
         robot.disconnect()
+
+
+def test_devices_are_found_by_their_types():
+    """Their classes are where LeRobot's rule for plug-ins expects them."""
+    from lerobot.cameras.utils import make_cameras_from_configs
+    from lerobot.robots.utils import make_robot_from_config
+    from lerobot.teleoperators.utils import make_teleoperator_from_config
+
+    robot = make_robot_from_config(plugin.ArmsimConfig(id='arm', robot='panda'))
+    leader = make_teleoperator_from_config(plugin.ArmsimJointsConfig(id='leader', robot='panda'))
+    assert list(robot.action_features) == list(leader.action_features)
+    assert list(robot.action_features)[-2:] == ['panda_joint7.pos', 'gripper.pos']
+    camera = make_cameras_from_configs({'front': plugin.ArmsimCameraConfig()})['front']
+    assert not camera.is_connected
+    with pytest.raises(ValueError, match='allowed: ros, local'):
+        plugin.Armsim(plugin.ArmsimConfig(id='arm', transport='tcp'))
+    with pytest.raises(plugin.robot.DeviceNotConnectedError, match='not connected'):
+        plugin.Armsim(plugin.ArmsimConfig(id='arm')).get_observation()
+
+
+def test_a_trained_policy_is_evaluated(folder, tmp_path, capsys):
+    """A checkpoint chooses what is observed; the command prints the outcome of each seed."""
+    from lerobot.configs.types import FeatureType
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+    from lerobot.policies.act.configuration_act import ACTConfig
+    from lerobot.policies.act.modeling_act import ACTPolicy
+    from lerobot.policies.factory import make_pre_post_processors
+    from lerobot.utils.feature_utils import dataset_to_policy_features
+
+    from armsim_ros.cli.main import main
+
+    data = LeRobotDataset('any/name', root=folder, video_backend='pyav')
+    features = dataset_to_policy_features(data.meta.features)
+    config = ACTConfig(
+        input_features={name: feature for name, feature in features.items()
+                        if name.startswith('observation')},
+        output_features={name: feature for name, feature in features.items()
+                         if feature.type is FeatureType.ACTION},
+        device='cpu', dim_model=32, n_heads=2, dim_feedforward=32, n_encoder_layers=1,
+        chunk_size=20, n_action_steps=20, pretrained_backbone_weights=None, use_vae=False)
+    ACTPolicy(config).save_pretrained(tmp_path)
+    for processor in make_pre_post_processors(config, dataset_stats=data.meta.stats):
+        processor.save_pretrained(tmp_path)
+    assert main(['evaluate', 'armsim/PickCube-v1', '--policy', str(tmp_path),
+                 '--episodes', '1']) == 0
+    assert 'of 1 episodes succeed' in capsys.readouterr().out

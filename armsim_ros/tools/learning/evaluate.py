@@ -28,7 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         raise ResourceError(f"the Python package '{error.name}' is not installed: pip install "
                             "'armsim_ros[gym,data]'") from None
-    arguments = {'robot': options.robot, 'obs_type': options.obs_type, 'action': options.action}
+    arguments = {'robot': options.robot, 'action': options.action}
+    if options.obs_type:
+        arguments['obs_type'] = options.obs_type
     found = []
     for outcome in evaluate(Source(options.env_id, arguments, options.policy), options.episodes,
                             options.seed):
@@ -55,14 +57,15 @@ def _parser() -> argparse.ArgumentParser:
         epilog='exit status: 0, 1 where the policy fails, 2 for wrong arguments')
     parser.add_argument('env_id', metavar='ENV_ID', help='such as armsim/PickCube-v1')
     parser.add_argument('--policy', required=True, metavar='POLICY',
-                        help='expert, random, or MODULE:CALLABLE, which gets an observation and '
-                             'returns an action')
+                        help='expert, random, MODULE:CALLABLE, which gets an observation and '
+                             "returns an action, or a folder pretrained_model of LeRobot's")
     parser.add_argument('--episodes', type=int, default=50, metavar='N',
                         help='how many (%(default)s)')
     parser.add_argument('--seed', type=int, default=0, metavar='S',
                         help='of the first episode; each next has the next seed (%(default)s)')
     parser.add_argument('--robot', default='sunday', help='its name or folder (%(default)s)')
-    parser.add_argument('--obs-type', default='state', help='what is observed (%(default)s)')
+    parser.add_argument('--obs-type', default='',
+                        help="what is observed (state, or what LeRobot's policy was trained with)")
     parser.add_argument('--action', default='position', help='what an action is (%(default)s)')
     parser.add_argument('--report', type=Path, metavar='FILE', help='write all outcomes as JSON')
     return parser

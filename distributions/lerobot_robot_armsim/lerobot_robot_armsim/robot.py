@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated arm in this process as a robot of LeRobot."""
+"""A simulated arm as a robot of LeRobot, over ROS or in this process."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,7 +10,10 @@ from lerobot.robots import Robot, RobotConfig
 from lerobot.robots.utils import ensure_safe_goal_position
 from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
 
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.tasks import TaskEnv, TASKS
+from armsim_ros.tasks.hand import HandModel
+from lerobot_robot_armsim.local_arm import LocalArm
 
 GRIPPER = 'gripper.pos'
 #: What the teleoperators ``gamepad`` and ``keyboard_ee`` send; a gripper of 1 stays.
@@ -22,65 +25,67 @@ _CLOSE, _OPEN = 0, 2
 @dataclass(kw_only=True)
 class ArmsimConfig(RobotConfig):
     """
-    A simulated arm, stepped by ``send_action``.
+    A simulated arm.
 
-    :param task: part of the id after ``armsim/``; its world is the robot's.
+    :param transport: ``ros``: a running arm; ``local``: the arm of a task in this process, stepped
+        by ``send_action``.
     :param robot: the arm's name or folder.
     :param fps: steps per second.
     :param camera_names: whose pictures are observed.
     :param image_height: of these [pixels].
     :param image_width: of these [pixels].
-    :param seed: of the first episode; the next has the next seed.
     :param action: ``joints``, or ``ee_delta``: ways of the tip along the world's axes, -1..1.
     :param ee_step: way of the tip in a step for a delta of 1 [m].
     :param max_relative_target: farthest way of a joint in a step [rad], None for the joint's
         velocity limit.
+    :param controller: of ``ros``: the forward controller of the joints; '' finds it.
+    :param image_topic: of ``ros``: topic of a camera's pictures.
+    :param task: of ``local``: part of the id after ``armsim/``; its world is the robot's.
+    :param seed: of ``local``: of the first episode; the next has the next seed.
     """
 
-    task: str = 'PickCube-v1'
+    transport: str = 'ros'
     robot: str = 'sunday'
     fps: int = 20
-    camera_names: list[str] = field(default_factory=lambda: ['front'])
+    camera_names: list[str] = field(default_factory=list)
     image_height: int = 96
     image_width: int = 96
-    seed: int = 0
     action: str = 'joints'
     ee_step: float = 0.01
     max_relative_target: float | None = None
+    controller: str = ''
+    image_topic: str = '/{camera}/color/image_raw'
+    task: str = 'PickCube-v1'
+    seed: int = 0
 
 
 class Armsim(Robot):
     """
-    The arm of a task.
+    A simulated arm.
 
     Observations are ``<joint>.pos`` [rad], ``gripper.pos`` 0..100 (100 is an open gripper or a cup
-    that is on) and a picture per camera; actions are the same without pictures. A task that is
-    done begins the next episode with the next action.
+    that is on) and a picture per camera; actions are the same without pictures.
     """
 
     config_class = ArmsimConfig
     name = 'armsim'
-    #: The task of the robot that connected last, for the expert.
+    #: The robot with a task of its own that connected last, for the expert.
     connected: 'Armsim | None' = None
 
     def __init__(self, config: ArmsimConfig) -> None:
         super().__init__(config)
-        if config.task not in TASKS:
-            raise ValueError(f"there is no task '{config.task}'; allowed: {', '.join(TASKS)}")
-        if config.action not in ('joints', 'ee_delta'):
-            raise ValueError(f"action '{config.action}'; allowed: joints, ee_delta")
+        for what, value, allowed in (
+                ('transport', config.transport, ('ros', 'local')),
+                ('action', config.action, ('joints', 'ee_delta')), ('task', config.task, TASKS)):
+            if value not in allowed:
+                raise ValueError(f"{what} '{value}'; allowed: {', '.join(allowed)}")
         self.config = config
-        self._level = 0.0
-        self._env: TaskEnv | None = None
-        self._episode = 0
+        self._arm: Any = None
 
     @cached_property
     def _joints(self) -> tuple[str, ...]:
-        if self._env is not None:
-            return self._env.state_names[:-1]
-        env = self._made()
-        env.close()
-        return env.state_names[:-1]
+        cell = load_cell(self.config.robot)
+        return HandModel.of(cell).arm_joints(cell.model)
 
     @property
     def action_features(self) -> dict[str, type]:
@@ -106,8 +111,8 @@ class Armsim(Robot):
 
     @property
     def is_connected(self) -> bool:
-        """Whether the simulation runs."""
-        return self._env is not None
+        """Whether the arm is there."""
+        return self._arm is not None
 
     @property
     def is_calibrated(self) -> bool:
@@ -116,18 +121,29 @@ class Armsim(Robot):
 
     @property
     def task(self) -> TaskEnv:
-        """The running task."""
-        if self._env is None:
+        """The running task; only of the transport ``local``."""
+        if not isinstance(self._connected, LocalArm):
+            raise DeviceNotConnectedError(
+                f'{self} has no task in this process: --robot.transport=local')
+        return self._connected.env
+
+    @property
+    def _connected(self) -> Any:
+        if self._arm is None:
             raise DeviceNotConnectedError(f'{self} is not connected; call connect() first')
-        return self._env
+        return self._arm
 
     def connect(self, calibrate: bool = True) -> None:
-        """Start the simulation with its first episode."""
-        if self._env is not None:
+        """Take the running arm over, or start the simulation with its first episode."""
+        if self._arm is not None:
             raise DeviceAlreadyConnectedError(f'{self} is connected already')
-        self._env = self._made()
-        self._begin()
-        Armsim.connected = self
+        if self.config.transport == 'local':
+            self._arm = LocalArm(self.config)
+            Armsim.connected = self
+        else:
+            from lerobot_robot_armsim.ros_arm import RosArm
+
+            self._arm = RosArm(self.config)
 
     def calibrate(self) -> None:
         """Do nothing: the joints are where they are."""
@@ -137,57 +153,38 @@ class Armsim(Robot):
 
     def get_observation(self) -> dict[str, Any]:
         """Return where the joints are, and what the cameras see."""
-        env = self.task
-        now = env.sim.joint_positions
+        arm = self._connected
+        now = arm.positions
         observed: dict[str, Any] = {f'{joint}.pos': now[joint] for joint in self._joints}
-        observed[GRIPPER] = 100.0 * env.hand.level
-        return {**observed, **(env.draw_pictures() if self.config.camera_names else {})}
+        observed[GRIPPER] = 100.0 * arm.level
+        return {**observed, **arm.pictures()}
 
     def send_action(self, action: dict[str, Any]) -> dict[str, Any]:
         """Move for a step; return what was commanded within the limits."""
-        env = self.task
-        if env.is_success:
-            self._begin()
+        arm = self._connected
         if self.config.action == 'ee_delta':
-            return self._move_tip(env, action)
+            return self._move_tip(arm, action)
         goals = {joint: float(action[f'{joint}.pos']) for joint in self._joints}
         if self.config.max_relative_target is not None:
-            now = env.sim.joint_positions
+            now = arm.positions
             goals = ensure_safe_goal_position(
                 {joint: (goal, now[joint]) for joint, goal in goals.items()},
                 self.config.max_relative_target)
         level = min(1.0, max(0.0, float(action[GRIPPER]) / 100.0))
-        env.step(env.command_of(goals, level))
-        commanded = env.commanded
-        sent = {f'{joint}.pos': commanded[joint] for joint in self._joints}
-        return {**sent, GRIPPER: 100.0 * level}
+        sent = arm.send(goals, level)
+        return {**{f'{joint}.pos': sent[joint] for joint in self._joints}, GRIPPER: 100.0 * level}
 
-    def _move_tip(self, env: TaskEnv, action: dict[str, Any]) -> dict[str, Any]:
+    def _move_tip(self, arm: Any, action: dict[str, Any]) -> dict[str, Any]:
         """Move the tip by what is given within -1..1; return that."""
         sent = {name: min(1.0, max(-1.0, float(action.get(name, 0.0)))) for name in DELTA[:3]}
         gripper = int(action.get('gripper', 1))
-        if gripper in (_CLOSE, _OPEN):
-            self._level = float(gripper == _OPEN)
-        way = [self.config.ee_step * value for value in sent.values()]
-        env.step(env.command_by(way, self._level))
+        arm.move_tip([self.config.ee_step * value for value in sent.values()],
+                     float(gripper == _OPEN) if gripper in (_CLOSE, _OPEN) else None)
         return {**sent, 'gripper': gripper}
 
     def disconnect(self) -> None:
-        """End the simulation."""
-        self.task.close()
-        self._env = None
+        """Let the arm hold, or end the simulation."""
+        self._connected.close()
+        self._arm = None
         if Armsim.connected is self:
             Armsim.connected = None
-
-    def _made(self) -> TaskEnv:
-        config = self.config
-        return TASKS[config.task](
-            config.robot, period=1.0 / config.fps, cameras=tuple(config.camera_names),
-            image_size=(config.image_height, config.image_width))
-
-    def _begin(self) -> None:
-        self.task.reset(seed=self.config.seed + self._episode)
-        self._level = self.task.hand.level
-        self._episode += 1
-
-
