@@ -7,8 +7,8 @@ Clients of a running robot, or of upstream's stack: they use public ROS interfac
 tests and scripts: its calls wait with a time limit and assert that there is an answer. Both are a
 node with a thread of its own, and send goals as ``GoalRun``. The facades put names to requests:
 ``MoveGroupClient``, ``TrajectoryClient`` of a controller, ``ControllerManagerClient``,
-``ParameterClient`` of any node, ``SimulationClient``, ``StreamedArm`` for a policy; ``Stopper`` ends
-every motion. A name is imported when it is first asked for.
+``ParameterClient`` of any node, ``SimulationClient``, ``StreamedArm`` for a policy; ``Stopper``
+ends every motion. A name is imported when it is first asked for.
 """
 
 from importlib import import_module

@@ -21,6 +21,7 @@ from armsim_ros.env.actions import ActionKind, Actions, KINDS
 from armsim_ros.env.motion import JointMotion
 from armsim_ros.env.observations import Observations
 from armsim_ros.env.options import checked_choices, own_options
+from armsim_ros.env.pushes import Pushes
 from armsim_ros.env.ranges import drawn, Episode, Quantity, Ranges, ranges_from, stream
 from armsim_ros.env.rendering import Renderer, View, view_from
 from armsim_ros.env.state import EnvState
@@ -52,8 +53,8 @@ class ArmEnv(Env[Any, Any]):
     :param randomize: what differs from episode to episode, nested or by dotted path:
         ``objects.NAME.{xyz, rpy, mass, friction, color, size}``, ``joints.NAME`` (its start) and
         ``joints.NAME.{damping, friction, armature}``, ``gains``, ``gravity``, ``latency``,
-        ``noise.{joint_positions, joint_velocities, object_poses}``. Each is (low, high), or a
-        fixed value.
+        ``noise.{joint_positions, joint_velocities, object_poses}``, ``pushes.{force, interval}``.
+        Each is (low, high), or a fixed value.
     :param end_on_stop: whether what would stop the arm ends an episode: speed, position, and
         collisions beyond the limits of ``hardware``; ``info['stop']`` has the cause.
     :param max_steps: after so many an episode is truncated; 0 is never.
@@ -115,7 +116,8 @@ class ArmEnv(Env[Any, Any]):
         self.observation_space: Any = self._observations.space
         self.metadata = {**self.metadata, 'render_fps': round(1.0 / period)}
         self._build()
-        self._known = {**self._variation.known(), **self.task_quantities()}
+        self._known = {**self._variation.known(), **Pushes.KNOWN, **self.task_quantities()}
+        self._pushes = Pushes(tip, period)
         self._ranges = ranges_from(randomize or {}, self._known, 'randomize')
         self._begin(Episode({}, 0))
 
@@ -220,6 +222,7 @@ class ArmEnv(Env[Any, Any]):
         if values is not None:
             self._target, cups = self._actions.read(values, self._target)
             self._motion.suck(cups)
+        self._pushes.act(self._sim.simulation, self._steps)
         self._motion.go(self._target)
         self._steps += 1
         observation = self.observe()
@@ -269,7 +272,7 @@ class ArmEnv(Env[Any, Any]):
         return EnvState(
             self._episode, self._sim.simulation.save_state(), self._target.copy(), self._steps,
             tuple(self._waiting),
-            (self.np_random.bit_generator.state, self._noise.bit_generator.state),
+            tuple(random.bit_generator.state for random in self._randoms),
             copy.deepcopy(self.task_state()))
 
     def restore_state(self, state: EnvState) -> None:
@@ -283,7 +286,8 @@ class ArmEnv(Env[Any, Any]):
         self._sim.simulation.restore_state(state.simulation)
         self._target, self._steps = state.target.copy(), state.steps
         self._waiting = deque(state.waiting)
-        self.np_random.bit_generator.state, self._noise.bit_generator.state = state.random
+        for random, known in zip(self._randoms, state.random, strict=True):
+            random.bit_generator.state = known
         vars(self).update(copy.deepcopy(dict(state.task)))
 
     def branch(
@@ -327,8 +331,13 @@ class ArmEnv(Env[Any, Any]):
         self._latency = int(episode.get('latency', 0.0))
         self._waiting = deque()
         self._noise = stream(episode.seed, 'noise')
+        self._pushes.begin(episode)
         self._deviations = {name: std for name in _NOISY
                             if (std := episode.get(f'noise.{name}', 0.0))}
+
+    @property
+    def _randoms(self) -> tuple[np.random.Generator, ...]:
+        return self.np_random, self._noise, self._pushes.random
 
     def _noisy(self, observation: dict[str, Vector]) -> dict[str, Vector]:
         for name, std in self._deviations.items():

@@ -23,7 +23,7 @@ class EnvState:
     :param target: (n,) the last command [rad or m].
     :param steps: done in the episode.
     :param waiting: actions that latency holds back.
-    :param random: of the environment's random numbers, and of the noise.
+    :param random: of the environment's random numbers, of the noise and of the pushes.
     :param task: what a task remembers of the episode.
     """
 
@@ -32,5 +32,5 @@ class EnvState:
     target: Vector
     steps: int
     waiting: tuple[Vector, ...]
-    random: tuple[Mapping[str, Any], Mapping[str, Any]]
+    random: tuple[Mapping[str, Any], ...]
     task: Mapping[str, Any]

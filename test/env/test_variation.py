@@ -147,3 +147,29 @@ def test_scaled_shapes_touch_where_they_are(cell):
     assert observation['object_poses'][2] == pytest.approx(1.015 + 0.025, abs=1e-3)
     assert isinstance(env.sim.simulation.mujoco_model, mujoco.MjModel)
     assert Variation(env.sim, env.joints).known()['objects.cube.size'].above
+
+
+def test_pushes_act_for_a_step_and_are_repeatable(new_env):
+    """As strong and as often as drawn, in the same directions after a restored state."""
+    env = new_env(randomize={'pushes': {'force': (20.0, 30.0), 'interval': 0.06}})
+    force = env.reset(seed=3)[1]['randomization']['pushes.force']
+    action = np.append([env.sim.joint_positions[name] for name in env.joints], 0.0)
+    state = env.save_state()
+
+    def run():
+        env.restore_state(state)
+        forces = []
+        for _ in range(7):
+            env.step(action)
+            forces.append(np.linalg.norm(env.sim.simulation.mujoco_data.xfrc_applied))
+        return forces, env.digest()
+
+    forces, digest = run()
+    assert 20.0 <= force <= 30.0
+    np.testing.assert_allclose(forces, [0, 0, force, 0, 0, force, 0], atol=1e-9)
+    assert run() == (forces, digest)
+    env.reset(seed=3, options={'pushes.force': 0.0})
+    for _ in range(7):
+        env.step(action)
+    assert not env.sim.simulation.mujoco_data.xfrc_applied.any()
+    assert env.digest() != digest
