@@ -84,8 +84,9 @@ class ForceTorqueSensorBroadcaster(SensorBroadcaster):
     chainable: ClassVar[bool] = True
 
     def configure(self) -> None:
-        """Check that everything is named, and report what has no effect."""
+        """Check that everything is named, and report what has no effect; nothing is tared."""
         super().configure()
+        self._zero, self._taring = np.zeros(6), False
         if self._own.sensor_filter_chain:
             self.events.add(self.time_ns, 'warning', 'warning',
                             'sensor_filter_chain has no effect: wrench_filtered is wrench')
@@ -101,7 +102,21 @@ class ForceTorqueSensorBroadcaster(SensorBroadcaster):
         axes = [(kind, axis) for kind in ('force', 'torque') for axis in 'xyz']
         added = np.array([getattr(getattr(offset, kind), axis) for kind, axis in axes])
         times = np.array([getattr(getattr(factor, kind), axis) for kind, axis in axes])
-        return np.asarray((values + added) * times)
+        values = values + added
+        if self._taring:
+            self._zero, self._taring = np.nan_to_num(values), False
+        return np.asarray((values - self._zero) * times)
+
+    def tare(self) -> str:
+        """
+        Have the load of the next sample shown as 0, until it is configured again; from any thread.
+
+        :returns: why not, '' where it is done.
+        """
+        if not self.active:
+            return 'the controller is not active'
+        self._taring = True
+        return ''
 
 
 class IMUSensorBroadcaster(SensorBroadcaster):

@@ -16,6 +16,7 @@ import pytest
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 from streaming_bench import ARM, beside, BROADCASTERS, MANAGER, NAMESPACE, PLACE, Streamed
 from tf2_msgs.msg import TFMessage
 
@@ -48,6 +49,11 @@ def test_wrench(arm: Streamed) -> None:
     assert message.header.frame_id == 'link_6'
     force = message.wrench.force
     assert 0.1 < math.hypot(force.x, force.y, force.z) < 50.0
+    answer = arm.client.call(f'{name}/tare', Trigger)
+    assert answer.success, answer.message
+    with closing(arm.client.collect(f'{name}/wrench', WrenchStamped)) as messages:
+        messages.wait_for(lambda message: abs(message.wrench.force.x) < 0.05
+                          and abs(message.wrench.force.z) < 0.05)
 
 
 @pytest.mark.usefixtures('broadcasters')

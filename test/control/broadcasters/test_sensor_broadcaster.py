@@ -46,6 +46,22 @@ def test_wrench_of_a_sensor(rig):
     np.testing.assert_allclose(found[-1].values, [22.0, 2.0, 3.0, 4.0, 5.0, -6.0])
 
 
+def test_a_tare_shows_the_present_load_as_zero(rig):
+    """What is added later shows; an offset does not come back; inactive it is refused."""
+    made, broadcaster = active(
+        rig, WRENCH, FORCES, sensor_name='wrist', frame_id='tool', publish_rate=0.0,
+        offset={'force': {'x': 10.0}})
+    assert broadcaster.tare() == ''
+    made.step()
+    made.hardware.given_states['wrist/force.x'] += 10.0
+    made.step()
+    found = samples(broadcaster)
+    np.testing.assert_allclose(found[0].values, np.zeros(6))
+    np.testing.assert_allclose(found[1].values, [10.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    made.manager.switch(deactivate=['sensor'])
+    assert 'not active' in broadcaster.tare()
+
+
 def test_axes_without_an_interface_are_nan(rig):
     """Where interfaces are named one by one, the others are not a number."""
     made, broadcaster = active(

@@ -16,7 +16,10 @@ from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateBroadcaster,
     JointStateSnapshot,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
+from armsim_ros.control.broadcasters.sensor_broadcaster import (
+    ForceTorqueSensorBroadcaster,
+    SensorBroadcaster,
+)
 from armsim_ros.control.broadcasters.tip_broadcaster import TipBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
@@ -51,7 +54,7 @@ from armsim_ros.nodes.simulation.controllers.compliance_topics import (
     TipTopic,
 )
 from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
-from armsim_ros.nodes.simulation.controllers.sensor_topics import TOPICS
+from armsim_ros.nodes.simulation.controllers.sensor_topics import tare_service, TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
     AdmittanceTopics,
     ControllerStatePublisher,
@@ -272,6 +275,8 @@ class SensorBroadcasterNode(BroadcasterNode):
             self._topics: Any = GpioTopics(node, controller)
         else:
             self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
+        if isinstance(controller, ForceTorqueSensorBroadcaster):
+            self._service = tare_service(node, controller.tare)
 
     def _publish_sample(self, sample: Any) -> None:
         self._topics.publish(sample)

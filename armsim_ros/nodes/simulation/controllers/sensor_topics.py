@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
 from rclpy.node import Node
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.config.controllers.broadcasters import (
@@ -50,6 +51,20 @@ class WrenchTopics:
         _fill(wrench.torque, values[3:])
         for publisher in requested:
             publisher.publish(self._message, sample.time_ns)
+
+
+def tare_service(node: Node, tare: Callable[[], str]) -> Any:
+    """
+    Return the service ``~/tare``.
+
+    :param tare: shows the present load as 0; returns why it does not.
+    """
+    def answer(_: Any, response: Trigger.Response) -> Trigger.Response:
+        response.message = tare()
+        response.success = not response.message
+        return response
+
+    return node.create_service(Trigger, '~/tare', answer, qos_profile=qos.SERVICES)
 
 
 class ImuTopic:
