@@ -102,16 +102,16 @@ def test_without_contact_it_does_not_drift(moved, kind, parameters):
 
 
 def test_a_measured_force_moves_the_springs(moved):
-    """Ten newtons on 500 N/m: 20 mm in the direction of the force."""
+    """Ten newtons on 500 N/m: 20 mm in the direction of the force, while the hand yields."""
     arm = moved(COMPLIANCE, pd_gains=gains(0.05, 1.5, 0.005), solver={'error_scale': 0.5},
                 **YIELDING)
     start = arm.tip[:3, 3].copy()
-    turn = arm.sim.simulation.link_pose('panda_hand')[:3, :3]
-    arm.controller.receive_measured((*(turn.T @ (10.0, 0.0, 0.0)), 0.0, 0.0, 0.0))
-    arm.run(4.0)
-    way = arm.tip[:3, 3] - start
-    assert way[0] == pytest.approx(0.02, rel=0.1)
-    assert np.linalg.norm(way[1:]) < 0.005
+    for _ in range(8):
+        # The sensor turns with the hand; the force does not.
+        turn = arm.sim.simulation.link_pose('panda_hand')[:3, :3]
+        arm.controller.receive_measured((*(turn.T @ (10.0, 0.0, 0.0)), 0.0, 0.0, 0.0))
+        arm.run(0.5)
+    np.testing.assert_allclose(arm.tip[:3, 3] - start, (0.02, 0.0, 0.0), atol=2e-4)
 
 
 def test_a_target_wrench_is_in_the_axes_of_the_hand(moved):
