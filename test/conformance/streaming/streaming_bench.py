@@ -86,6 +86,10 @@ sunday:
     type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
     sensor_name: wrist
     frame_id: link_6
+  load:
+    type: force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster
+    sensor_name: wrist
+    frame_id: link_6
   imu:
     type: imu_sensor_broadcaster/IMUSensorBroadcaster
     sensor_name: accelerometer
@@ -103,7 +107,7 @@ sensors:
   accelerometer: {type: imu, link: link_3}
   tool: {type: pose, link: link_6}
 """
-BROADCASTERS = ('wrench', 'imu', 'tcp', 'speed')
+BROADCASTERS = ('wrench', 'load', 'imu', 'tcp', 'speed')
 STREAMS = ('position_stream', 'velocity_stream', 'effort_stream', 'named_stream')
 
 
