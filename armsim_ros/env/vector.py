@@ -31,13 +31,15 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
     """
     Environments in a few processes; each process steps its share one by one.
 
-    A row equals what a single environment with its seed gives, to the bit.
+    This process has a share, too: it would only wait, and a process that sleeps takes long to
+    wake. A row equals what a single environment with its seed gives, to the bit.
 
     :param make: makes an environment; a function of a module, or ``functools.partial`` of such.
     :param num_envs: how many.
     :param autoreset_mode: what a step after the end of an episode does, as of Gymnasium:
         ``NextStep``, ``SameStep`` or ``Disabled``.
-    :param workers: processes; by default one per processor, at most one per environment.
+    :param workers: processes, with this one; by default one per processor, at most one per
+        environment.
     :raises ArmsimError: an environment cannot be made.
     """
 
@@ -52,7 +54,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         if num_envs < 1:
             raise ConfigError(Problem(f'num_envs={num_envs}', allowed='at least 1'))
         names = tuple(mode.value for mode in AutoresetMode)
-        mode = getattr(autoreset_mode, 'value', autoreset_mode)
+        mode = (autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode)
+                else autoreset_mode)
         checked_choices({'autoreset_mode': (mode, names)})
         workers = min(workers or len(os.sched_getaffinity(0)), num_envs)
         context = get_context('spawn')  # a copy of this process would share its threads' locks
@@ -62,7 +65,7 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         self._processes: list[Any] = []
         #: Of each process: waits for its answer, or its end.
         self._selectors: list[DefaultSelector] = []
-        for share in self._shares:
+        for share in self._shares[1:]:
             ours, theirs = context.Pipe()
             process = context.Process(
                 target=_serve, args=(theirs, make, len(share), mode), daemon=True)
@@ -73,8 +76,14 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
             self._selectors.append(DefaultSelector())
             for event in (ours, process.sentinel):
                 self._selectors[-1].register(event, EVENT_READ)
+        self._own: _Share | None = None
         try:
-            facts = self._answers()[0]
+            try:
+                self._own = _Share(make, len(self._shares[0]), mode)
+                own: Any = self._own.facts
+            except ArmsimError as error:
+                own = _Failure(0, str(error))
+            facts = self._answers(own)[0]
         except ArmsimError:
             self.close()
             raise
@@ -136,7 +145,9 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         return self.call('render')
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the processes."""
+        """Close the environments and end the processes."""
+        if self._own is not None:
+            self._own.close()
         for selector, pipe in zip(self._selectors, self._pipes, strict=True):
             selector.close()
             pipe.close()
@@ -156,20 +167,24 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _scattered(self, method: str, arguments: Sequence[Any]) -> list[Any]:
         """Return what each environment answers, in their order."""
-        for share, pipe in zip(self._shares, self._pipes, strict=True):
+        parts = [[arguments[place] for place in share] for share in self._shares]
+        for part, pipe in zip(parts[1:], self._pipes, strict=True):
             with suppress(BrokenPipeError):  # it has ended; its answer will report that
-                pipe.send((method, [arguments[place] for place in share]))
+                pipe.send((method, part))
+        assert self._own is not None
+        own = self._own.do(method, parts[0])
         rows: list[Any] = [None] * self.num_envs
-        for share, answers in zip(self._shares, self._answers(), strict=True):
+        for share, answers in zip(self._shares, self._answers(own), strict=True):
             for place, answer in zip(share, answers, strict=True):
                 rows[place] = answer
         return rows
 
-    def _answers(self) -> list[Any]:
+    def _answers(self, own: Any) -> list[Any]:
         """Return the answer of each process; raise what is wrong only when all have answered."""
-        answers, failures = [], []
-        for number, pipe in enumerate(self._pipes):
-            answer = self._received(number, pipe)
+        answers: list[Any] = []
+        failures = []
+        for number in range(len(self._shares)):
+            answer = self._received(number - 1) if number else own
             if isinstance(answer, _Failure):
                 place = self._shares[number][answer.place]
                 failures.append(f'environment {place}: {answer.text}')
@@ -178,8 +193,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
             raise ArmsimError(failures[0])
         return answers
 
-    def _received(self, number: int, pipe: Connection) -> Any:
-        process = self._processes[number]
+    def _received(self, number: int) -> Any:
+        process, pipe = self._processes[number], self._pipes[number]
         while True:
             try:
                 if self._selectors[number].select(_CHECK_S):
@@ -232,25 +247,39 @@ class _Row:
         return found(*args, **kwargs) if callable(found) else found
 
 
+class _Share:
+    """The environments of a process."""
+
+    def __init__(self, make: MakeEnv, count: int, mode: str) -> None:
+        self._envs = [make() for _ in range(count)]
+        self._rows = [_Row(env, mode) for env in self._envs]
+        first = self._envs[0]
+        self.facts = (
+            first.observation_space, first.action_space, first.metadata, first.render_mode)
+
+    def do(self, method: str, arguments: Sequence[Any]) -> list[Any] | _Failure:
+        """Return what each environment answers, or what the first cannot do."""
+        answers: list[Any] = []
+        try:
+            for row, argument in zip(self._rows, arguments, strict=True):
+                answers.append(getattr(row, method)(argument))
+        except (ArmsimError, ValueError) as error:
+            return _Failure(len(answers), str(error))
+        return answers
+
+    def close(self) -> None:
+        for env in self._envs:
+            env.close()
+
+
 def _serve(pipe: Connection, make: MakeEnv, count: int, mode: str) -> None:
     """Run environments until the other end of the pipe is closed."""
-    place = 0
     try:
-        envs = [make() for _ in range(count)]
-        first = envs[0]
-        pipe.send((first.observation_space, first.action_space, first.metadata,
-                   first.render_mode))
-        rows = [_Row(env, mode) for env in envs]
+        share = _Share(make, count, mode)
+        pipe.send(share.facts)
         while True:
             method, arguments = pipe.recv()
-            try:
-                answers: list[Any] = []
-                for row, argument in zip(rows, arguments, strict=True):
-                    place = len(answers)
-                    answers.append(getattr(row, method)(argument))
-                pipe.send(answers)
-            except (ArmsimError, ValueError) as error:
-                pipe.send(_Failure(place, str(error)))
+            pipe.send(share.do(method, arguments))
     except ArmsimError as error:
         pipe.send(_Failure(0, str(error)))
     except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):

@@ -144,9 +144,12 @@ def _vectors() -> list[tuple[str, ...]]:
 
 def _memory() -> str:
     """Return by how much the memory of all workers grows with an environment."""
+    # Of the own vector's environments, those of the first processor are in this process.
+    elsewhere = 1.0 - 1.0 / len(os.sched_getaffinity(0))
     own, processes = (
-        (_memory_of(mode, many) - _memory_of(mode, few)) / (1024 * (many - few))
-        for mode, few, many in (('vector_entry_point', 2, 10), ('async', 2, 4)))
+        (_memory_of(mode, many) - _memory_of(mode, few)) / (1024 * share * (many - few))
+        for mode, few, many, share in (
+            ('vector_entry_point', 4, 20, elsewhere), ('async', 2, 4, 1.0)))
     return (f'One more environment takes {own:.1f} MB in the own vector (goal: 20) and '
             f'{processes:.0f} MB in an AsyncVectorEnv (goal: 150).')
 

@@ -59,7 +59,7 @@ def test_mistakes_name_the_environment():
         with pytest.raises(ArmsimError, match="environment 1: number 0 of the action, 'velocity"):
             vector.step(wrong)
         vector.step(np.stack([TURN, TURN]))
-        os.kill(vector._processes[1].pid, signal.SIGKILL)
+        os.kill(vector._processes[0].pid, signal.SIGKILL)
         with pytest.raises(ArmsimError, match='environment 1: its process has ended'):
             vector.step(np.stack([TURN, TURN]))
 
