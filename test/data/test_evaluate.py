@@ -3,6 +3,7 @@
 """Outcomes of policies, their interval, and what is refused."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -34,6 +35,38 @@ def test_a_policy_of_the_user_can_fail_the_task(monkeypatch, capsys):
     assert main(['evaluate', 'armsim/Reach-v1', '--policy', f'{__name__}:still',
                  '--episodes', '1']) == 0
     assert '0 of 1 episodes succeed' in capsys.readouterr().out
+
+
+class Counting:
+    """A policy that remembers how often an episode began."""
+
+    begun = 0
+
+    def reset(self):
+        """Count."""
+        Counting.begun += 1
+
+    def __call__(self, observation):
+        """Return an action that moves nothing far."""
+        return np.zeros(7)
+
+
+counting = Counting()
+
+
+def test_a_policy_with_a_memory_is_reset_for_each_episode(capsys):
+    """What has ``reset`` hears of each beginning."""
+    assert main(['evaluate', 'armsim/Reach-v1', '--policy', f'{__name__}:counting',
+                 '--episodes', '2']) == 0
+    assert Counting.begun == 2
+
+
+def test_a_policy_of_lerobot_needs_the_plug_in(tmp_path, monkeypatch, capsys):
+    """Without it, its folder is one message with what to install."""
+    monkeypatch.setitem(sys.modules, 'lerobot_robot_armsim.checkpoint', None)
+    (tmp_path / 'config.json').write_text('{}')
+    assert main(['evaluate', 'armsim/Reach-v1', '--policy', str(tmp_path)]) == 2
+    assert 'pip install lerobot_robot_armsim' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(('successes', 'count', 'expected'), [
