@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 import threading
+import time
 from typing import Any
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
@@ -33,8 +34,8 @@ from armsim_ros.tasks.hand import HandModel
 #: Types of controllers that give positions to the drives as they come.
 FORWARD = ('forward_command_controller/ForwardCommandController',
            'position_controllers/JointGroupPositionController')
-#: Time in which a topic of a running arm has a message [s].
-PATIENCE = 10.0
+#: Time in which the topics of a running arm have a message [s].
+PATIENCE = 9.0
 #: A gripper gets a goal where its level has changed by so much.
 _LEVEL_CHANGE = 0.01
 
@@ -98,7 +99,7 @@ class StreamedArm:
     :param cell: the files of the robot that runs.
     :param controller: forward controller; where not given, one that is loaded.
     :param cameras: camera -> topic of its pictures.
-    :param timeout: for the first message of each topic [s].
+    :param timeout: for the first messages of its topics [s].
     :raises SimulationError: a topic has no message.
     :raises ControllerError: there is no such controller, or it is not activated.
     """
@@ -118,8 +119,9 @@ class StreamedArm:
             name: LatestMessage(client, Image, topic, f'{start} camera:=true')
             for name, topic in (cameras or {}).items()}
         try:
+            deadline = time.monotonic() + timeout
             for topic in (self._states, *self._pictures.values()):
-                topic.get(timeout)
+                topic.get(max(0.0, deadline - time.monotonic()))
             self._manager = ControllerManagerClient(
                 client, f'{self._namespace}/controller_manager')
             self._controller, self._order = self._chosen(controller)
