@@ -22,7 +22,8 @@ def main(options: Options) -> None:
     rows = []
     with private_domain(DOMAINS) as domain, \
             running_bridge(domain, f'max_clients:={_CLIENTS + 50}') as (bridge, url), \
-            publishing(domain, 'joints'), ClientNode(domain, 'benchmark') as client:
+            publishing(domain, 'joints'), publishing(domain, 'picture'), \
+            ClientNode(domain, 'benchmark') as client:
         readers = Readers(url, 'joints', 'none', 1)
         time.sleep(2.0)
         process = bridge.process.pid
@@ -42,6 +43,6 @@ def main(options: Options) -> None:
                          str(client.node.count_publishers('/seen'))))
         readers.close()
     publish(options.report, 'bridge crowd', Table(
-        f'{_CLIENTS} clients with {options.messages} random frames, nesting bombs and '
-        f'{_HALF_OPEN} half-open handshakes beside a client that reads at 50 Hz',
+        f'{_CLIENTS} clients with {options.messages} random frames, nesting bombs, pictures that '
+        f'nobody reads and {_HALF_OPEN} half-open handshakes beside a client that reads at 50 Hz',
         ('', 'messages', 'gap p99 ms', 'longest ms', 'MiB', 'publishers'), rows), machine_load())

@@ -24,12 +24,21 @@ _WORDS: tuple[Any, ...] = (
     'op', 'topic', 'msg', '/seen', 'publish', 'subscribe', 'id', 'call_service', 'type', 'service',
     '/rosapi/get_time', 'sensor_msgs/JointState', None, True, -1, 1e400, [], {})
 _SUBSCRIBE = '{"op": "subscribe", "topic": "/joint_states", "throttle_rate": 500}'
+#: Of clients that subscribe to pictures and read none, one in so many; each wants them otherwise.
+_IDLE = 10
+#: Operations that look for what is not there.
+_SEEKING = ('publish', 'subscribe', 'advertise', 'call_service', 'send_action_goal',
+            'advertise_service', 'cancel_action_goal')
 #: Handshakes at the same time.
 _STEP = 20
 
 
 def random_frames(count: int, seed: int) -> Iterator[str | bytes]:
-    """Yield frames that are bytes, cut off messages, and values of any shape; then the bombs."""
+    """
+    Yield frames that are bytes, cut off messages, and values of any shape; then the bombs.
+
+    A few look for topics, services and types that are not there.
+    """
     source = random.Random(seed)
 
     def value(depth: int) -> Any:
@@ -41,7 +50,10 @@ def random_frames(count: int, seed: int) -> Iterator[str | bytes]:
         return {str(source.choice(_WORDS)): value(depth + 1) for _ in range(source.randrange(4))}
 
     for index in range(count):
-        if index % 4 == 0:
+        if index % 25 == 1:
+            yield json.dumps({'op': source.choice(_SEEKING), 'topic': '/none', 'service': '/none',
+                              'action': '/none', 'action_type': 'no/Type', 'id': index})
+        elif index % 4 == 0:
             yield source.randbytes(source.randrange(60))
         elif index % 4 == 1:
             text = json.dumps({'op': source.choice(_WORDS[:9]), 'topic': value(0),
@@ -70,14 +82,20 @@ async def crowd(url: str, clients: int, frames: int, idle: int) -> None:
         connections += await asyncio.gather(
             *(connect(url, compression=None, max_size=None) for _ in range(_STEP)))
     held = half_open(url, idle)
-    readers = [asyncio.create_task(_drain(connection)) for connection in connections]
+    readers = [asyncio.create_task(_drain(connection))
+               for number, connection in enumerate(connections) if number % _IDLE]
 
     async def misbehave(number: int, connection: ClientConnection) -> None:
         await connection.send(_SUBSCRIBE)
+        if number % _IDLE == 0:
+            await connection.send(json.dumps({
+                'op': 'subscribe', 'topic': '/picture', 'type': 'sensor_msgs/Image',
+                'compression': ('none', 'cbor', 'png')[number // _IDLE % 3],
+                'fragment_size': 100_000 + number}))
         for frame in random_frames(frames // clients, number):
             await connection.send(frame)
             await asyncio.sleep(0)
-        if number % 2:
+        if number % 2 or number % _IDLE == 0:
             connection.transport.abort()
         else:
             await connection.close()

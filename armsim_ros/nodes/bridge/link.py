@@ -32,6 +32,7 @@ _MOST_NAMES = 1000
 _SEND_GOAL = '/_action/send_goal'
 
 T = TypeVar('T')
+Types = dict[str, list[str]]
 
 
 class BridgeLink(RosClient):
@@ -47,6 +48,8 @@ class BridgeLink(RosClient):
         self.loop = loop
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
+        self._answers: dict[Callable[[], Types], tuple[Types, float]] = {}
+        self._explaining = asyncio.Lock()
 
     async def run(self, work: Callable[[], T]) -> T:
         """Do something in the node's thread."""
@@ -85,11 +88,11 @@ class BridgeLink(RosClient):
             raise RefusalError(f"'{name[:200]}' is not a name of ROS: {reason}") from None
         return full
 
-    def topic_types(self) -> dict[str, list[str]]:
+    def topic_types(self) -> Types:
         """Return all topics, hidden ones too, with their types."""
         return dict(self.node.get_topic_names_and_types())
 
-    def service_types(self) -> dict[str, list[str]]:
+    def service_types(self) -> Types:
         """Return all services with their types."""
         return dict(self.node.get_service_names_and_types())
 
@@ -99,9 +102,9 @@ class BridgeLink(RosClient):
 
         :raises RefusalError: it is not there; names the nearest.
         """
-        await self._discover(lambda: name in self.topic_types(), 'no such topic', name,
-                             self.topic_types)
-        return self.topic_types()[name][0]
+        types = await self._discover(lambda: self._recent(self.topic_types).get(name),
+                                     'no such topic', name, self.topic_types)
+        return types[0]
 
     async def service_type(self, name: str) -> str:
         """
@@ -109,18 +112,36 @@ class BridgeLink(RosClient):
 
         :raises RefusalError: it is not served; names the nearest.
         """
-        await self._discover(lambda: self.node.count_services(name) > 0,
-                             'no such service', name, self.served_services)
-        return self.service_types()[name][0]
+        types = await self._discover(lambda: self._served(name), 'no such service', name,
+                                     self.served_services)
+        return types[0]
 
-    async def _discover(self, present: Callable[[], bool], what: str, name: str,
-                        known: Callable[[], Iterable[str]]) -> None:
+    async def _discover(self, find: Callable[[], T | None], what: str, name: str,
+                        known: Callable[[], Iterable[str]]) -> T:
+        """Return what is found within a moment; otherwise the refusal names the nearest."""
         for _ in range(round(DISCOVERY / _PAUSE)):
-            if present():
-                return
+            found = find()
+            if found:
+                return found
             await asyncio.sleep(_PAUSE)
-        hint = nearest(name, tuple(known()))
+        async with self._explaining:  # takes a while: once in a pass of the event loop
+            await asyncio.sleep(0)
+            hint = nearest(name, tuple(known()))
         raise RefusalError(f'{what}{"; " + hint if hint else ""}')
+
+    def _recent(self, ask: Callable[[], Types]) -> Types:
+        """Return an answer of the graph, which all share who ask in the same moment."""
+        now = self.loop.time()
+        found, until = self._answers.get(ask, ({}, now))
+        if now >= until:
+            found = ask()
+            self._answers[ask] = found, now + _PAUSE / 2
+        return found
+
+    def _served(self, name: str) -> list[str] | None:
+        """Return the types of a service, None where it has no server."""
+        types = self._recent(self.service_types).get(name)
+        return types if types and self.node.count_services(name) else None
 
     async def load(self, name: str, group: str) -> type[Any]:
         """
@@ -155,7 +176,7 @@ class BridgeLink(RosClient):
 
         :raises RefusalError: there is none.
         """
-        await self._discover(lambda: self.node.count_services(f'{name}{_SEND_GOAL}') > 0,
+        await self._discover(lambda: self._served(f'{name}{_SEND_GOAL}'),
                              'no such action is served', name, self.action_names)
         await self._wait_for(kind, name, action=True)
 

@@ -16,6 +16,9 @@ from armsim_ros.nodes.robot_program import StopSignals
 
 #: What it is made with, all of the extra ``bridge``.
 NEEDED = ('websockets', 'cbor2')
+#: How long a busy thread, such as that of ROS, keeps the sockets' thread waiting, which lets it
+#: run at each read and write [s].
+_SWITCH = 0.0005
 MISSING = ("the bridge needs the Python package '{}', which is not installed; "
            "python3 -m pip install 'armsim_ros[bridge]'")
 
@@ -58,6 +61,7 @@ def main(argv: Sequence[str] | None = None, renamed: Mapping[str, str] | None = 
         program = BridgeProgram(given, ros_args, renamed or {})
         signals.on_stop = program.stop
         gc.freeze()
+        sys.setswitchinterval(_SWITCH)
         return asyncio.run(program.run())
     except ArmsimError as error:
         print(f'bridge: {error}', file=sys.stderr, flush=True)

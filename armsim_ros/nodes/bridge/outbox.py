@@ -22,7 +22,7 @@ MOST_LARGE, MOST_SMALL = 2, 100
 #: From this size on a message counts as a picture [bytes].
 LARGE = 100_000
 #: From this size on it is encoded in a thread, so that other clients do not wait [bytes].
-_HUGE = 4 << 20
+_ASIDE = 1 << 14
 _ENCODER = ThreadPoolExecutor(1, 'encoding')
 
 
@@ -124,25 +124,26 @@ class Outbox:
         for entry in list(self._of.get(listener, ())):
             self._drop(entry)
 
+    async def wait(self) -> None:
+        """Wait until there is something to take."""
+        await self._news.wait()
+
     async def take(self) -> list[bytes]:
-        """Wait for something and return the frames of the next message."""
-        while True:
-            if self._answers:
-                frame = self._answers.popleft()
-                self._answer_bytes -= len(frame)
-                return [frame]
-            while self._samples:
-                entry = self._samples[0]
-                sample = entry.sample
-                self._drop(entry)
-                if sample is not None:
-                    found: list[bytes] = (
-                        entry.listener.frames(sample) if len(sample.raw) < _HUGE
-                        else await asyncio.get_running_loop().run_in_executor(
-                            _ENCODER, entry.listener.frames, sample))
-                    return found
+        """Return the frames of the next message, none where it was dropped meanwhile."""
+        if self._answers:
+            frame = self._answers.popleft()
+            self._answer_bytes -= len(frame)
+            return [frame]
+        if not self._samples:
             self._news.clear()
-            await self._news.wait()
+            return []
+        entry, sample = self._samples[0], self._samples[0].sample
+        assert sample is not None  # what was dropped does not stay in front
+        self._drop(entry)
+        if len(sample.raw) < _ASIDE:
+            return entry.listener.frames(sample)  # type: ignore[no-any-return] # of a listener
+        return await asyncio.get_running_loop().run_in_executor(
+            _ENCODER, entry.listener.frames, sample)
 
     def _drop(self, entry: Waiting) -> None:
         """Take an entry out; in the middle of the queue an empty entry stays."""

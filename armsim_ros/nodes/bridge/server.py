@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from http import HTTPStatus
 import ssl
-from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import serve, Server, ServerConnection
@@ -17,6 +17,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.memory import give_back
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
@@ -29,17 +30,26 @@ from armsim_ros.nodes.serving.rate_limit import RateLimit
 MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)
 #: Frames of a client that are read ahead.
 _READ_AHEAD = 4
+#: Clients of which a frame is served, and to which one is sent, in each pass of the event loop.
+_LEAST_READ, _LEAST_SENT = 4, 32
 #: What is read of a connection in a pass of the event loop [bytes].
 _READ_SIZE = 1 << 13
-#: What a connection buffers before the client has to take it [bytes].
+#: What is written at once, and buffered before the client has to take it [bytes].
 _WRITE_LIMIT = 1 << 16
 _OVERFLOW = 1013
+#: After the last client that has left, memory is returned once no other leaves for so long [s].
+_QUIET = 2.0
 
 
 class _Connection(ServerConnection):
-    """A connection that counts while its handshake lasts; too many are closed unread."""
+    """
+    A connection that counts while its handshake lasts; too many are closed unread.
+
+    Frames are made once for all clients, so they go past ``send``, which would make each anew.
+    """
 
     pending: set[ServerConnection]
+    _is_writing = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         if len(self.pending) >= MOST_HANDSHAKES and isinstance(transport, asyncio.Transport):
@@ -52,6 +62,30 @@ class _Connection(ServerConnection):
     def connection_lost(self, exc: Exception | None) -> None:
         self.pending.discard(self)
         super().connection_lost(exc)
+
+    async def write(self, frame: bytes, turns: Turns) -> None:
+        """
+        Write a frame, in pieces where it is large, as the client takes them.
+
+        :param turns: who is served next.
+        """
+        self._is_writing = True
+        for start in range(0, len(frame), _WRITE_LIMIT):
+            if start:
+                await turns.take()
+            if self.transport.is_closing():
+                return
+            self.transport.write(memoryview(frame)[start:start + _WRITE_LIMIT])
+            if self.paused:
+                with suppress(OSError):  # the connection is lost
+                    await self.drain()
+        self._is_writing = False
+        self.send_data()
+
+    def send_data(self) -> None:
+        """Send what the protocol has to say, but not within a frame."""
+        if not self._is_writing:
+            super().send_data()
 
 
 class BridgeServer:
@@ -77,7 +111,8 @@ class BridgeServer:
         self.port = settings.port
         self._server: Server | None = None
         self._admitted = 0
-        self._turns = Turns()
+        self._tidying: asyncio.TimerHandle | None = None
+        self._reading, self._sending = Turns(_LEAST_READ), Turns(_LEAST_SENT)
         self._rules = bridge_rules(settings, token, settings.port, settings.url_path)
 
     @property
@@ -112,6 +147,8 @@ class BridgeServer:
         if self._server is not None:
             self._server.close()
             await self._server.wait_closed()
+        if self._tidying is not None:
+            self._tidying.cancel()
 
     async def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Answer an HTTP request; None lets a websocket through."""
@@ -143,8 +180,8 @@ class BridgeServer:
         self._admitted -= 1
 
     async def _serve(self, connection: ServerConnection) -> None:
-        if isinstance(connection, _Connection):
-            connection.pending.discard(connection)
+        assert isinstance(connection, _Connection)  # create_connection of the port
+        connection.pending.discard(connection)
         loop = asyncio.get_running_loop()
         address = connection.remote_address
         closing: list[asyncio.Task[None]] = []
@@ -158,7 +195,7 @@ class BridgeServer:
             overflow)
         self.clients[client] = connection
         self._change()
-        sender = loop.create_task(_send_all(client, connection))
+        sender = loop.create_task(self._send_all(client, connection))
         try:
             await self._read_all(client, connection)
         except ConnectionClosed:
@@ -169,6 +206,25 @@ class BridgeServer:
             del self.clients[client]
             self._change()
             await self._drop(client)
+            if self._tidying is not None:
+                self._tidying.cancel()
+            self._tidying = loop.call_later(
+                _QUIET, loop.run_in_executor, None, give_back)
+
+    async def _send_all(self, client: Client, connection: _Connection) -> None:
+        """Write what the outbox gives, as the client takes it; busy clients take turns."""
+        while connection.state is State.OPEN:
+            await client.outbox.wait()
+            await self._sending.take()
+            try:
+                frames = await client.outbox.take()
+            except Exception as error:  # noqa: BLE001 - the next message may be sent
+                client.report(
+                    Level.ERROR, f'a message was not sent: {type(error).__name__}: {error}')
+                continue
+            for frame in frames:
+                if connection.state is State.OPEN:
+                    await connection.write(frame, self._sending)
 
     async def _read_all(self, client: Client, connection: ServerConnection) -> None:
         clock = asyncio.get_running_loop().time
@@ -180,34 +236,8 @@ class BridgeServer:
             delay = max(messages.delay(now), sizes.delay(now, len(frame)))
             if delay:
                 await asyncio.sleep(delay)
-            await self._turns.take()
+            await self._reading.take()
             await self._receive(client, frame)
-
-
-async def _send_all(client: Client, connection: ServerConnection) -> None:
-    """
-    Write what the outbox gives, as the client takes it.
-
-    Frames are made once for all clients; so they go past ``connection.send``, which would make
-    each anew.
-    """
-    transport: Any = connection.transport
-    while _is_open(connection):
-        try:
-            frames = await client.outbox.take()
-        except Exception as error:  # noqa: BLE001 - the next message may be sent
-            client.report(Level.ERROR, f'a message was not sent: {type(error).__name__}: {error}')
-            continue
-        for frame in frames:
-            if not _is_open(connection):
-                return
-            transport.write(frame)
-            if transport.get_write_buffer_size() > _WRITE_LIMIT:
-                await connection.drain()
-
-
-def _is_open(connection: ServerConnection) -> bool:
-    return connection.state is State.OPEN
 
 
 def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/',

@@ -7,18 +7,19 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 
-#: How long frames are served in a pass of the event loop [s], and the least number of clients.
-_SLICE, _LEAST = 0.002, 4
+#: How long frames are served in a pass of the event loop [s].
+_SLICE = 0.002
 
 
 class Turns:
     """
     Limits what is served between two passes of the event loop, whatever number of clients waits.
 
-    What goes out to clients is written in each pass.
+    :param least: number of clients that are served in a pass, however long that takes.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, least: int) -> None:
+        self._least = least
         self._waiting: deque[asyncio.Future[None]] = deque()
         self._end = 0.0
 
@@ -36,7 +37,7 @@ class Turns:
     def _next(self) -> None:
         loop = asyncio.get_running_loop()
         self._end = loop.time() + _SLICE
-        for _ in range(min(_LEAST, len(self._waiting))):
+        for _ in range(min(self._least, len(self._waiting))):
             turn = self._waiting.popleft()
             if not turn.done():
                 turn.set_result(None)

@@ -28,11 +28,9 @@ def drained(outbox):
     """Return all that waits."""
     async def run():
         found = []
-        while True:
-            try:
-                found += await asyncio.wait_for(outbox.take(), 0.01)
-            except (asyncio.TimeoutError, TimeoutError):
-                return found
+        while frames := await outbox.take():
+            found += frames
+        return found
 
     return asyncio.run(run())
 

@@ -11,7 +11,7 @@ from armsim_ros.nodes.bridge.turns import Turns
 def test_busy_clients_hold_nobody_up():
     """However many they are; each is served."""
     async def run():
-        turns, served, passes = Turns(), [0] * 100, []
+        turns, served, passes = Turns(4), [0] * 100, []
 
         async def busy(index):
             while True:

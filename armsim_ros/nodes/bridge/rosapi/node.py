@@ -33,6 +33,8 @@ from armsim_ros.recording.message_definitions import message_definition
 #: Names of services that do not follow from their types.
 _NAMES = {'GetActionServers': 'action_servers', 'GetROSVersion': 'get_ros_version'}
 _WORD = re.compile(r'(?<!^)(?=[A-Z])')
+#: How long changes of the clients are gathered [s].
+_MOMENT = 0.05
 
 Respond = Callable[[Any], Awaitable[Any]]
 
@@ -56,18 +58,23 @@ class RosApi:
             kind = getattr(srv, name)
             self.services[f'/rosapi/{service_name(name)}'] = kind, _responder(kind, answer)
         self._publishers: tuple[Any, Any] | None = None
+        self._showing: asyncio.TimerHandle | None = None
         if is_shared:
             link.in_thread(self._make)
 
     def show_clients(self, clients: Iterable[Client]) -> None:
-        """Publish which clients are connected."""
+        """Publish which clients are connected; once for all that come and go in a moment."""
         now = self._time()
         self._since = {client: self._since.get(client, now) for client in clients}
+        if self._publishers is not None and self._showing is None:
+            self._showing = self._link.loop.call_later(_MOMENT, self._show, *self._publishers)
+
+    def _show(self, count: Any, list_of_all: Any) -> None:
+        self._showing = None
         shown = [ConnectedClient(ip_address=client.address, connection_time=since)
                  for client, since in self._since.items()]
-        if self._publishers is not None:
-            self._publishers[0].publish(Int32(data=len(shown)))
-            self._publishers[1].publish(ConnectedClients(clients=shown))
+        count.publish(Int32(data=len(shown)))
+        list_of_all.publish(ConnectedClients(clients=shown))
 
     def _time(self) -> Time:
         seconds, nanoseconds = self._link.now()
