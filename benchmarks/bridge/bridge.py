@@ -16,7 +16,6 @@ from itertools import pairwise
 import json
 import os
 from pathlib import Path
-import re
 import sys
 import threading
 import time
@@ -42,10 +41,8 @@ STREAM_ROWS = (
     ('joints', 'none', 1), ('joints', 'none', 10), ('joints', 'cbor-raw', 1),
     ('joints', 'cbor', 1), ('joints', 'cbor', 10), ('picture', 'none', 1),
     ('picture', 'cbor', 1), ('fast', 'none', 10))
-#: A service of another process, and how many publications are sent.
-_SERVICE, _COMMANDS = '/bench_publish/list_parameters', 8000
-#: Large messages that are timed, and the stamp in their frames.
-_CLOUDS, _STAMP = 4, re.compile(rb'"sec":(\d+),"nanosec":(\d+)')
+#: A service of another process, one that the bridge answers itself, publications that are sent.
+_SERVICE, _ROSAPI, _COMMANDS = '/bench_publish/list_parameters', '/rosapi/get_time', 8000
 #: What is not measured at the start of each phase [s].
 _SETTLED = 2.0
 
@@ -56,14 +53,14 @@ def main(options: Options) -> None:
     with private_domain(DOMAINS) as domain:
         with running_bridge(domain) as (bridge, url):
             streams = stream_rows(domain, bridge, url, options)
-            calls = command_rows(domain, bridge, url, '/rosapi/get_time')
+            calls = command_rows(domain, bridge, url)
             calls |= cloud_rows(domain, url)
             end = f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.'
         peer_streams, peer_calls = {}, {}
         if suite:
             with running_suite(domain, Path(suite)) as (server, url):
                 peer_streams = stream_rows(domain, server, url, options)
-                peer_calls = command_rows(domain, server, url, '')
+                peer_calls = command_rows(domain, server, url)
         bare = {f'bare rclpy subscriber, {words}': bare_row(domain, options, words)
                 for words in ('joints', 'joints raw', 'picture raw')}
     publish(options.report, 'bridge', Table(
@@ -91,19 +88,21 @@ def running_bridge(domain: int, *arguments: str) -> Iterator[tuple[Program, str]
 @contextmanager
 def running_suite(domain: int, suite: Path) -> Iterator[tuple[Program, str]]:
     """
-    Start the server of rosbridge_suite.
+    Start the server of rosbridge_suite, and rosapi beside it.
 
     :param suite: a checkout of it; tornado, pymongo and pillow are installed.
     """
     environment = ros_environment(domain)
-    sources = [str(suite / package / 'src') for package in ('rosbridge_server',
-                                                            'rosbridge_library')]
+    sources = [str(suite / package / 'src')
+               for package in ('rosbridge_server', 'rosbridge_library', 'rosapi')]
     environment['PYTHONPATH'] = os.pathsep.join(
         [*sources, os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
     script = suite / 'rosbridge_server/scripts/rosbridge_websocket.py'
     program = Program([sys.executable, str(script), '--port', '0', '--address', '127.0.0.1'],
                       environment=environment)
-    with program:
+    rosapi = Program([sys.executable, str(suite / 'rosapi/scripts/rosapi_node')],
+                     environment=environment)
+    with program, rosapi:
         line = program.wait_for_line('server started on port', 30.0)
         yield program, f'ws://127.0.0.1:{line.rpartition(" ")[2].strip()}'
 
@@ -223,36 +222,21 @@ def cloud_rows(domain: int, url: str) -> dict[str, str]:
     """Return how long a large message takes, and how long it holds another client up."""
     with publishing(domain, 'joints'), publishing(domain, 'cloud'):
         readers = Readers(url, 'joints', 'none', 1)
-        seconds = asyncio.run(_cloud_seconds(url))
+        with peer('bridge.cloud', url, _subscription('cloud', 'none'), domain=domain) as cloud:
+            seconds = float(cloud.wait_for_line('seconds', 120.0).split()[1])
         readers.close()
     gaps = [1e3 * (after - before) for before, after in pairwise(readers.arrivals)]
     return {'50 MB PointCloud2, from its publisher to the client, JSON [s]': f'{seconds:.2f}',
             'longest gap of another client at 50 Hz meanwhile [ms]': f'{max(gaps):.0f}'}
 
 
-async def _cloud_seconds(url: str) -> float:
-    seconds: list[float] = []
-    async with connect(url, compression=None, max_size=None) as connection:
-        await connection.send(_subscription('cloud', 'none'))
-        while len(seconds) < _CLOUDS:
-            found = _STAMP.search(await connection.recv(decode=False), 0, 500)
-            assert found is not None
-            sent = int(found[1]) * 10**9 + int(found[2])
-            seconds.append((time.time_ns() - sent) * 1e-9)
-    return median(seconds)
-
-
-def command_rows(domain: int, bridge: Program, url: str, local: str) -> dict[str, str]:
-    """
-    Return what publications and calls take.
-
-    :param local: a service that the server answers itself, '' for none.
-    """
+def command_rows(domain: int, bridge: Program, url: str) -> dict[str, str]:
+    """Return what publications and calls take."""
     with publishing(domain, 'joints'):
-        return asyncio.run(_command_rows(bridge, url, local))
+        return asyncio.run(_command_rows(bridge, url))
 
 
-async def _command_rows(bridge: Program, url: str, local: str) -> dict[str, str]:
+async def _command_rows(bridge: Program, url: str) -> dict[str, str]:
     rows = {}
     async with connect(url, compression=None, max_size=None) as connection:
         async def call(service: str) -> float:
@@ -263,11 +247,11 @@ async def _command_rows(bridge: Program, url: str, local: str) -> dict[str, str]
                 answer = json.loads(await connection.recv())
             return (time.monotonic() - start) * 1e3
 
-        await call(_SERVICE)
-        if local:
-            times = [await call(local) for _ in range(500)]
-            rows[f'{local}, median and p99 [ms]'] = (
-                f'{median(times):.2f}, {percentile(times, 0.99):.2f}')
+        for service in (_SERVICE, _ROSAPI):
+            await call(service)
+        times = [await call(_ROSAPI) for _ in range(500)]
+        rows[f'{_ROSAPI}, median and p99 [ms]'] = (
+            f'{median(times):.2f}, {percentile(times, 0.99):.2f}')
         times = [await call(_SERVICE) for _ in range(100)]
         rows['a service over the middleware, median [ms]'] = f'{median(times):.2f}'
         await connection.send(json.dumps(

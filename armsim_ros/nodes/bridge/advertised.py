@@ -58,8 +58,6 @@ class Advertised(ABC):
             await self._end(before)
         served = self._served[name] = Served(client, message[self.word], kind)
         served.endpoint = await self._link.run(lambda: self._make(served, name))
-        if not client.is_open or self._served.get(name) is not served:
-            await self._end(served)
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
         """

@@ -14,8 +14,8 @@ from rclpy.action.server import ServerGoalHandle
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.advertised import Advertised, Served
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.conversion.aside import message_of
 from armsim_ros.nodes.bridge.conversion.fields import type_name
-from armsim_ros.nodes.bridge.conversion.incoming import to_message
 from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 
 #: Time to request the results of aborted goals before the action is gone [s].
@@ -35,8 +35,9 @@ class AdvertisedActions(Advertised):
         :raises ConversionError: the values do not fit.
         """
         served, key = self._find(client, message)
-        values = to_message(served.kind.Feedback, message.get('values') or {}, self._link.now)
         goal = served.requests[key][0]
+        values = await message_of(served.kind.Feedback, message.get('values') or {},
+                                  self._link.now)
         self._link.in_thread(lambda: goal.is_active and goal.publish_feedback(values))
 
     async def result(self, client: Client, message: dict[str, Any]) -> None:
@@ -51,7 +52,7 @@ class AdvertisedActions(Advertised):
         outcome = None
         try:
             if message.get('result', True):
-                outcome = (message.get('status', GoalStatus.STATUS_SUCCEEDED), to_message(
+                outcome = (message.get('status', GoalStatus.STATUS_SUCCEEDED), await message_of(
                     served.kind.Result, message.get('values') or {}, self._link.now))
         finally:
             self._link.settle(waiting, outcome)

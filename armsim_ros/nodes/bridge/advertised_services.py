@@ -8,7 +8,7 @@ from typing import Any
 
 from armsim_ros.nodes.bridge.advertised import Advertised, Served
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.incoming import to_message
+from armsim_ros.nodes.bridge.conversion.aside import message_of
 from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.link import BridgeLink
 
@@ -41,7 +41,7 @@ class AdvertisedServices(Advertised):
         response = None
         try:
             if message.get('result', True):
-                response = to_message(served.kind.Response, message.get('values') or {},
+                response = await message_of(served.kind.Response, message.get('values') or {},
                                       self._link.now)
         finally:
             self._link.settle(waiting, response)

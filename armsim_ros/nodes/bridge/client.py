@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 import itertools
 from typing import Any
 
@@ -46,6 +46,13 @@ class Client:
         self.outbox.add_answer(text_frames(to_json(message), fragment_size, compression))
         if self.outbox.overflows:
             self._overflow()
+
+    def answer(self, request: Mapping[str, Any], found: dict[str, Any], *,
+               compression: str = 'none') -> None:
+        """Send an answer to a request, with the request's id where it has one."""
+        key = request.get('id')
+        self.send(found if key is None else {**found, 'id': key}, compression=compression,
+                  fragment_size=request.get('fragment_size') or 0)
 
     def report(self, level: Level, text: str, key: Any = None) -> None:
         """Send a status message, where the client wants those of this level."""

@@ -5,16 +5,14 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Coroutine
 from dataclasses import dataclass
 import time
 from typing import Any
 
-from action_msgs.msg import GoalStatus
-
 from armsim_ros.clients.node import GoalRun
-from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.incoming import to_message
+from armsim_ros.nodes.bridge.conversion.aside import message_of
 from armsim_ros.nodes.bridge.conversion.outgoing import json_values
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
@@ -48,9 +46,9 @@ class Goals:
         self._goals: set[Goal] = set()
         self._tasks: set[asyncio.Task[None]] = set()
 
-    async def send(self, client: Client, message: dict[str, Any]) -> None:
-        """Serve ``send_action_goal``: feedback and result follow."""
-        task = asyncio.get_running_loop().create_task(self._send(client, message))
+    def start(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do something that goes on when its client has left."""
+        task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -85,25 +83,15 @@ class Goals:
         for task in self._tasks:
             task.cancel()
 
-    async def _send(self, client: Client, message: dict[str, Any]) -> None:
-        answer = {'op': 'action_result', 'action': message['action']}
-        if 'id' in message:
-            answer['id'] = message['id']
-        try:
-            result, status = await self._result(client, message)
-            answer |= {'values': result, 'status': status, 'result': True}
-        except ArmsimError as error:
-            answer |= {'values': f'{message["action"]}: {error}',
-                       'status': GoalStatus.STATUS_UNKNOWN, 'result': False}
-        except Exception as error:  # noqa: BLE001 - the client waits
-            answer |= {'values': f'{message["action"]}: failed inside the bridge: {error}',
-                       'status': GoalStatus.STATUS_UNKNOWN, 'result': False}
-        client.send(answer, fragment_size=message.get('fragment_size') or 0)
+    async def send(self, client: Client, message: dict[str, Any]) -> None:
+        """
+        Serve ``send_action_goal`` until the goal has ended.
 
-    async def _result(self, client: Client, message: dict[str, Any]) -> tuple[Any, int]:
+        :raises ArmsimError: there is no such action, or the goal does not fit or was rejected.
+        """
         action = self._link.expand(message['action'])
         kind = await self._link.load(message['action_type'], 'action')
-        request = to_message(kind.Goal, message.get('args') or {}, self._link.now)
+        request = await message_of(kind.Goal, message.get('args') or {}, self._link.now)
         await self._link.wait_for_action(kind, action)
         feedback = None
         if message.get('feedback'):
@@ -120,7 +108,9 @@ class Goals:
         if found is None:
             reason = await logged_error(self._link, action, sent)
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
-        return json_values(kind.Result)(found.result), found.status
+        client.answer(message, {
+            'op': 'action_result', 'action': message['action'], 'status': found.status,
+            'values': json_values(kind.Result)(found.result), 'result': True})
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
         waiting = asyncio.wrap_future(run.result)
@@ -134,6 +124,5 @@ class Goals:
 
     def _feedback(self, client: Client, message: dict[str, Any], kind: type[Any], values: Any
                   ) -> None:
-        found = {'op': 'action_feedback', 'action': message['action'],
-                 'values': json_values(kind.Feedback)(values)}
-        client.send(found if 'id' not in message else {**found, 'id': message['id']})
+        client.answer(message, {'op': 'action_feedback', 'action': message['action'],
+                                'values': json_values(kind.Feedback)(values)})

@@ -14,13 +14,14 @@ from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.nodes.bridge.advertised_actions import AdvertisedActions
 from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
 from armsim_ros.nodes.bridge.client import Client, Handler
+from armsim_ros.nodes.bridge.conversion.aside import aside
 from armsim_ros.nodes.bridge.frames import parse, SMALLEST_FRAGMENT
 from armsim_ros.nodes.bridge.goals import Goals
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
-from armsim_ros.nodes.bridge.service_calls import check_args, ServiceCalls
+from armsim_ros.nodes.bridge.service_calls import ServiceCalls
 from armsim_ros.nodes.bridge.topics import Topics
 
 _KINDS = {
@@ -89,14 +90,23 @@ class Protocol:
     async def receive(self, client: Client, frame: str | bytes) -> None:
         """Serve a frame of a client; whatever it holds, the client hears of a failure."""
         try:
-            message = parse(frame)
+            message = await aside(len(frame), parse, frame)
         except RefusalError as error:
             client.report(error.level, str(error))
             return
         await self.serve(client, message)
 
     async def serve(self, client: Client, message: dict[str, Any]) -> None:
-        """Serve a message."""
+        """Serve a message; what may take long is served beside the next ones."""
+        work = self._serve(client, message)
+        if message.get('op') == 'call_service':
+            client.start(work)
+        elif message.get('op') == 'send_action_goal':
+            self._goals.start(work)
+        else:
+            await work
+
+    async def _serve(self, client: Client, message: dict[str, Any]) -> None:
         op = message.get('op')
         try:
             op = check_fields(message)
@@ -131,7 +141,7 @@ class Protocol:
             message['id'], message['data'], message['num'], message['total'],
             self._link.loop.time())
         if text is not None:
-            whole = parse(text)
+            whole = await aside(len(text), parse, text)
             if whole.get('op') == 'fragment':
                 raise RefusalError('a fragment of fragments')
             await self.serve(client, whole)
@@ -167,8 +177,6 @@ def check_fields(message: dict[str, Any]) -> str:
     size = message.get('fragment_size')
     if size and size < SMALLEST_FRAGMENT:
         raise RefusalError(f'fragment_size is {size}; the smallest is {SMALLEST_FRAGMENT}')
-    if op in ('call_service', 'send_action_goal'):
-        check_args(message.get('args'))
     return op
 
 

@@ -12,8 +12,8 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.conversion.aside import message_of
 from armsim_ros.nodes.bridge.conversion.fields import type_name
-from armsim_ros.nodes.bridge.conversion.incoming import to_message
 from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
@@ -70,7 +70,8 @@ class Publishers:
             await self._advertise(client, topic, kind, None, False)
             own = self._of[client][topic]
         entry = own[1]
-        entry.publisher.publish(to_message(entry.kind, message.get('msg', {}), self._link.now))
+        entry.publisher.publish(
+            await message_of(entry.kind, message.get('msg', {}), self._link.now))
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
         """
@@ -114,8 +115,6 @@ class Publishers:
         own[topic] = shared, entry
         if before is not None and before[1] is not entry:
             self._leave(client, *before)
-        if not client.is_open:
-            self.drop(client)
 
     def _leave(self, client: Client, key: Any, entry: Entry) -> None:
         if any(other is entry for _, other in self._of.get(client, {}).values()):

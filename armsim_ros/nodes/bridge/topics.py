@@ -156,9 +156,6 @@ class Topics:
             listener.change(message.get('id'), options)
             return
         stream = await self._stream(name, type_name)
-        if not client.is_open:
-            self._leave(stream)
-            return
         listener = Listener(client, topic)
         listener.change(message.get('id'), options)
         stream.listeners[listener] = None
@@ -194,9 +191,6 @@ class Topics:
     def _end(self, stream: Stream, listener: Listener) -> None:
         listener.close()
         stream.listeners.pop(listener, None)
-        self._leave(stream)
-
-    def _leave(self, stream: Stream) -> None:
         if not stream.listeners and self._streams.get(stream.topic) is stream:
             del self._streams[stream.topic]
             self._reader.remove(stream.topic)

@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames, fragments and what JSON may hold."""
 
+import asyncio
 import json
+import threading
 
 import pytest
+from std_msgs.msg import Header
 from websockets.frames import Frame, Opcode
 
+from armsim_ros.nodes.bridge.conversion.aside import aside, LARGE, message_of
 from armsim_ros.nodes.bridge.frames import Fragments, MOST_BYTES, parse, text_frames, to_frame
 from armsim_ros.nodes.bridge.refusal import RefusalError
 from armsim_ros.nodes.serving.json_text import to_json
@@ -67,3 +71,27 @@ def test_an_object_with_many_short_lists_is_read():
     message = {'op': 'publish', 'msg': {'points': [{'positions': [[1]]}] * 500}}
     assert parse(json.dumps(message)) == message
     assert parse(json.dumps(message).encode()) == message
+
+
+def test_a_large_frame_is_read_as_others_are_but_beside_their_requests():
+    """Its text by a decoder that lets others run, its message in a thread."""
+    long = json.dumps({'op': 'publish', 'msg': {'data': [0.5, -3, 'a\n', None, {}] * 100_000}})
+    assert len(long) > 2_000_000
+    threads = set()
+
+    def stamp():
+        threads.add(threading.get_ident())
+        return 1, 2
+
+    async def run():
+        message = await aside(len(long), parse, long)
+        assert message == json.loads(long)
+        await message_of(Header, {}, stamp)
+        assert threads == {threading.get_ident()}  # the time is that of the sockets' thread
+        inside = await aside(LARGE, threading.get_ident)
+        assert inside not in threads
+        assert await aside(LARGE - 1, threading.get_ident) in threads
+
+    asyncio.run(run())
+    with pytest.raises(RefusalError, match='not JSON'):
+        parse(long[:-1])

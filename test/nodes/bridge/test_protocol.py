@@ -2,10 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fields of operations, permissions, arguments."""
 
+import asyncio
+import json
+from types import SimpleNamespace
+from unittest.mock import Mock
+
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.nodes.bridge.protocol import check_fields, Permissions
+from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.goals import Goals
+from armsim_ros.nodes.bridge.permissions import Permissions
+from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
 from armsim_ros.nodes.bridge.refusal import RefusalError
 from armsim_ros.nodes.bridge.settings import (
     BridgeSettings,
@@ -44,6 +52,38 @@ def test_patterns_limit_what_may_be_used():
     permissions.check('subscribe', 'topic', '/sunday/joint_states')
     with pytest.raises(RefusalError, match='topics_glob is \\[/sunday/\\*, /tf\\]'):
         permissions.check('subscribe', 'topic', '/other')
+
+
+@pytest.mark.parametrize(('message', 'answer', 'text'), [
+    ({'op': 'subscribe', 'topic': '/b'}, 'status', 'subscribe /b: not allowed here: topics_glob'),
+    ({'op': 'publish', 'topic': '/a'}, 'status', 'publish /a: not allowed here: read_only'),
+    ({'op': 'advertise_service', 'service': '/b', 'type': 'a/B'}, 'status', 'services_glob'),
+    ({'op': 'call_service', 'service': '/b'}, 'service_response', '/b: not allowed here: serv'),
+    ({'op': 'call_service', 'service': '/a'}, 'service_response', '/a: not allowed here: read'),
+    ({'op': 'call_service'}, 'service_response', 'service is missing: string'),
+    ({'op': 'send_action_goal', 'action': '/b', 'action_type': 'a/B'}, 'action_result',
+     '/b: not allowed here: actions_glob is [/a]'),
+    ({'op': 'send_action_goal', 'action': '/a'}, 'action_result', 'action_type is missing'),
+    ({'op': 'send_action_goal', 'action': '/a', 'action_type': 'a/B', 'fragment_size': 'x'},
+     'action_result', 'fragment_size must be: integer'),
+])
+def test_a_refusal_is_the_answer_that_the_client_waits_for(message, answer, text):
+    """A call and a goal have their result, everything else a status; each once, with its id."""
+    async def run():
+        link = SimpleNamespace(expand=lambda name, service=False: name)
+        client = Client('', 1 << 20, 30.0, list)
+        protocol = Protocol(link, Permissions(('/a',), ('/a',), ('/a',), read_only=True),
+                            *(Mock() for _ in range(4)), Goals(link, False), Mock())
+        await protocol.receive(client, json.dumps({**message, 'id': 5}))
+        await asyncio.wait_for(client.outbox.wait(), 10.0)
+        frame, = await client.outbox.take()
+        assert await client.outbox.take() == []
+        return json.loads(frame[frame.index(b'{"'):])
+
+    found = asyncio.run(run())
+    assert (found['op'], found['id']) == (answer, 5)
+    assert text in found['msg' if answer == 'status' else 'values']
+    assert answer == 'status' or found['result'] is False
 
 
 @pytest.mark.parametrize(('op', 'kind', 'name', 'allowed'), [

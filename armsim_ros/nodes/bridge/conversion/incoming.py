@@ -30,6 +30,8 @@ from armsim_ros.nodes.bridge.conversion.fields import (
 _WORDS = {None: math.nan, 'NaN': math.nan, 'Infinity': math.inf, '-Infinity': -math.inf}
 _LARGEST_FLOAT = 3.4028235677973366e38
 _NUMPY_TYPES = {'float': np.float32, 'double': np.float64}
+#: Values that are converted at once; other threads run in between.
+_PIECE = 1 << 16
 #: Names of ROS 1 -> of ROS 2.
 _OLD_NAMES = {'secs': 'sec', 'nsecs': 'nanosec'}
 
@@ -120,14 +122,17 @@ def _numbers(kind: FieldType, owner: type[Any], single: Fill) -> Fill:
         if kind.is_bytes and isinstance(value, str):
             value = _decoded(value, path, owner)
         items = _checked_list(value, path, kind, owner)
-        try:
-            found = array.array(code, items)
-            exact = (code != 'f' or not np.isinf(found).any()) and bool not in map(type, items)
-        except (TypeError, OverflowError):
-            exact = False
-        if not exact:
-            found = array.array(code, [single(item, f'{path}[{index}]', now)
-                                       for index, item in enumerate(items)])
+        found = array.array(code)
+        for start in range(0, len(items), _PIECE):
+            piece = items[start:start + _PIECE]
+            try:
+                part = array.array(code, piece)
+                exact = isinstance(piece, bytes) or (
+                    (code != 'f' or not np.isinf(part).any()) and bool not in map(type, piece))
+            except (TypeError, OverflowError):
+                exact = False
+            found.extend(part if exact else array.array(code, [
+                single(item, f'{path}[{index}]', now) for index, item in enumerate(piece, start)]))
         if kind.shape is Shape.FIXED:
             return np.array(found, dtype=numpy_type)
         return found

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from operator import attrgetter
-import sys
 from typing import Any
 
 import cbor2
@@ -83,7 +81,7 @@ def _cbor_converter(kind: FieldType) -> Convert | None:
         return lambda value: value.tobytes()
     tag = CBOR_TAGS.get(kind.basic)
     if kind.is_numeric_array and tag is not None:
-        return lambda value: cbor2.CBORTag(tag, _little_endian(value))
+        return lambda value: cbor2.CBORTag(tag, value.tobytes())
     return _as_list(kind)
 
 
@@ -103,16 +101,3 @@ def _nested(kind: FieldType, of: Callable[..., Callable[[Any], Plain]]) -> Conve
     if kind.shape is Shape.SINGLE:
         return convert
     return lambda value: [convert(item) for item in value]
-
-
-def _little_endian(value: Any) -> bytes:
-    if sys.byteorder == 'big':
-        value = array.array(value.typecode, value) if isinstance(value, array.array) \
-            else value.copy()
-        value.byteswap() if isinstance(value, array.array) else value.byteswap(inplace=True)
-    return value.tobytes()  # type: ignore[no-any-return] # of an array of either kind
-
-
-def with_old_names(stamp: Mapping[str, Any]) -> Plain:
-    """Return a time with the names of ROS 1, too."""
-    return {**stamp, 'secs': stamp['sec'], 'nsecs': stamp['nanosec']}

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Coroutine, Iterable
 import inspect
 import os
 import re
@@ -36,7 +36,7 @@ _WORD = re.compile(r'(?<!^)(?=[A-Z])')
 #: How long changes of the clients are gathered [s].
 _MOMENT = 0.05
 
-Respond = Callable[[Any], Awaitable[Any]]
+Respond = Callable[[Any], Coroutine[Any, Any, Any]]
 
 
 class RosApi:
@@ -98,24 +98,11 @@ class RosApi:
         """Return a callback that is answered in the thread of the sockets."""
         async def served(request: Any, response: Any) -> Any:
             waiting = Future()
-
-            async def answer() -> None:
-                found = None
-                try:
-                    found = await respond(request)
-                finally:
-                    self._link.settle(waiting, found)
-
-            self._link.schedule(lambda: self._start(answer()))
-            found = await waiting
-            return response if found is None else found
+            answer: Any = asyncio.run_coroutine_threadsafe(respond(request), self._link.loop)
+            answer.add_done_callback(lambda done: self._link.settle(waiting, done))
+            return (await waiting).result()
 
         return served
-
-    def _start(self, work: Any) -> None:
-        task = self._link.loop.create_task(work)
-        _TASKS.add(task)
-        task.add_done_callback(_TASKS.discard)
 
     def _answers(self) -> dict[str, Callable[[Any], Any]]:
         """Return service type -> the fields of its response."""
@@ -186,10 +173,6 @@ class RosApi:
 
     async def _param_names(self, _: Any) -> dict[str, Any]:
         return {'names': await self._parameters.names()}
-
-
-#: A task without a reference may be collected before it has ended.
-_TASKS: set[asyncio.Task[Any]] = set()
 
 
 def service_name(kind: str) -> str:
