@@ -41,8 +41,8 @@ STREAM_ROWS = (
     ('joints', 'none', 1), ('joints', 'none', 10), ('joints', 'cbor-raw', 1),
     ('joints', 'cbor', 1), ('joints', 'cbor', 10), ('picture', 'none', 1),
     ('picture', 'cbor', 1), ('fast', 'none', 10))
-#: A service of another process, one that the bridge answers itself, publications that are sent.
-_SERVICE, _ROSAPI, _COMMANDS = '/bench_publish/list_parameters', '/rosapi/get_time', 8000
+#: A service of another process, and how many publications are sent.
+_SERVICE, _COMMANDS = '/bench_publish/list_parameters', 8000
 #: What is not measured at the start of each phase [s].
 _SETTLED = 2.0
 
@@ -53,14 +53,14 @@ def main(options: Options) -> None:
     with private_domain(DOMAINS) as domain:
         with running_bridge(domain) as (bridge, url):
             streams = stream_rows(domain, bridge, url, options)
-            calls = command_rows(domain, bridge, url)
+            calls = command_rows(domain, bridge, url, '/rosapi/get_time')
             calls |= cloud_rows(domain, url)
             end = f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.'
         peer_streams, peer_calls = {}, {}
         if suite:
             with running_suite(domain, Path(suite)) as (server, url):
                 peer_streams = stream_rows(domain, server, url, options)
-                peer_calls = command_rows(domain, server, url)
+                peer_calls = command_rows(domain, server, url, '')
         bare = {f'bare rclpy subscriber, {words}': bare_row(domain, options, words)
                 for words in ('joints', 'joints raw', 'picture raw')}
     publish(options.report, 'bridge', Table(
@@ -88,21 +88,19 @@ def running_bridge(domain: int, *arguments: str) -> Iterator[tuple[Program, str]
 @contextmanager
 def running_suite(domain: int, suite: Path) -> Iterator[tuple[Program, str]]:
     """
-    Start the server of rosbridge_suite, and rosapi beside it.
+    Start the server of rosbridge_suite, without rosapi.
 
     :param suite: a checkout of it; tornado, pymongo and pillow are installed.
     """
     environment = ros_environment(domain)
     sources = [str(suite / package / 'src')
-               for package in ('rosbridge_server', 'rosbridge_library', 'rosapi')]
+               for package in ('rosbridge_server', 'rosbridge_library')]
     environment['PYTHONPATH'] = os.pathsep.join(
         [*sources, os.environ.get('PYTHONPATH', '')]).rstrip(os.pathsep)
     script = suite / 'rosbridge_server/scripts/rosbridge_websocket.py'
     program = Program([sys.executable, str(script), '--port', '0', '--address', '127.0.0.1'],
                       environment=environment)
-    rosapi = Program([sys.executable, str(suite / 'rosapi/scripts/rosapi_node')],
-                     environment=environment)
-    with program, rosapi:
+    with program:
         line = program.wait_for_line('server started on port', 30.0)
         yield program, f'ws://127.0.0.1:{line.rpartition(" ")[2].strip()}'
 
@@ -179,7 +177,7 @@ def _subscription(kind: str, compression: str) -> str:
 
 def stream_rows(domain: int, bridge: Program, url: str, options: Options) -> dict[str, Row]:
     """Return the figures of a server at rest and with each stream."""
-    rows = {'idle, nobody connected': (percent(bridge, options.seconds), '', '', '')}
+    rows = {'idle, no client': (percent(bridge, options.seconds), '', '', '')}
     for kind, compression, clients in STREAM_ROWS:
         rate = STREAMS[kind][2]
         name = f'{kind} at {rate:.0f} Hz, {compression}, {clients} client{"s"[:clients > 1]}'
@@ -230,13 +228,17 @@ def cloud_rows(domain: int, url: str) -> dict[str, str]:
             'longest gap of another client at 50 Hz meanwhile [ms]': f'{max(gaps):.0f}'}
 
 
-def command_rows(domain: int, bridge: Program, url: str) -> dict[str, str]:
-    """Return what publications and calls take."""
+def command_rows(domain: int, bridge: Program, url: str, local: str) -> dict[str, str]:
+    """
+    Return what publications and calls take.
+
+    :param local: a service that the server answers itself, '' for none.
+    """
     with publishing(domain, 'joints'):
-        return asyncio.run(_command_rows(bridge, url))
+        return asyncio.run(_command_rows(bridge, url, local))
 
 
-async def _command_rows(bridge: Program, url: str) -> dict[str, str]:
+async def _command_rows(bridge: Program, url: str, local: str) -> dict[str, str]:
     rows = {}
     async with connect(url, compression=None, max_size=None) as connection:
         async def call(service: str) -> float:
@@ -247,11 +249,11 @@ async def _command_rows(bridge: Program, url: str) -> dict[str, str]:
                 answer = json.loads(await connection.recv())
             return (time.monotonic() - start) * 1e3
 
-        for service in (_SERVICE, _ROSAPI):
-            await call(service)
-        times = [await call(_ROSAPI) for _ in range(500)]
-        rows[f'{_ROSAPI}, median and p99 [ms]'] = (
-            f'{median(times):.2f}, {percentile(times, 0.99):.2f}')
+        await call(_SERVICE)
+        if local:
+            times = [await call(local) for _ in range(500)]
+            rows[f'{local}, median and p99 [ms]'] = (
+                f'{median(times):.2f}, {percentile(times, 0.99):.2f}')
         times = [await call(_SERVICE) for _ in range(100)]
         rows['a service over the middleware, median [ms]'] = f'{median(times):.2f}'
         await connection.send(json.dumps(

@@ -44,5 +44,5 @@ def main(options: Options) -> None:
         readers.close()
     publish(options.report, 'bridge crowd', Table(
         f'{_CLIENTS} clients with {options.messages} random frames, nesting bombs, pictures that '
-        f'nobody reads and {_HALF_OPEN} half-open handshakes beside a client that reads at 50 Hz',
+        f'are not read and {_HALF_OPEN} half-open handshakes beside a client that reads at 50 Hz',
         ('', 'messages', 'gap p99 ms', 'longest ms', 'MiB', 'publishers'), rows), machine_load())

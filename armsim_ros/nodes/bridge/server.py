@@ -83,7 +83,7 @@ class _Connection(ServerConnection):
         self.send_data()
 
     def send_data(self) -> None:
-        """Send what the protocol has to say, but not within a frame."""
+        """Send what the protocol has queued, but not within a frame."""
         if not self._is_writing:
             super().send_data()
 
