@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 import itertools
 from typing import Any
@@ -20,12 +21,16 @@ from armsim_ros.nodes.polling_node import keep_live
 
 @dataclass(eq=False)
 class Served:
-    """An endpoint of a client; id of a request -> its goal, if any, and what waits for it."""
+    """
+    An endpoint of a client; id of a request -> its goal, if any, and what waits for it.
+
+    :param destroy: takes the endpoint away; in the node's thread.
+    """
 
     client: Client
     name: str
     kind: type[Any]
-    endpoint: Any = None
+    destroy: Callable[[], Any] = lambda: None
     requests: dict[str, tuple[Any, Future]] = field(default_factory=dict)
 
 
@@ -57,7 +62,7 @@ class Advertised(ABC):
         if before is not None:
             await self._end(before)
         served = self._served[name] = Served(client, message[self.word], kind)
-        served.endpoint = await self._link.run(lambda: self._make(served, name))
+        served.destroy = await self._link.run(lambda: self._make(served, name))
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
         """
@@ -76,12 +81,8 @@ class Advertised(ABC):
             await self._end(served)
 
     @abstractmethod
-    def _make(self, served: Served, name: str) -> Any:
-        """Return the endpoint; in the node's thread."""
-
-    @abstractmethod
-    def _destroy(self, endpoint: Any) -> None:
-        """Take an endpoint away; in the node's thread."""
+    def _make(self, served: Served, name: str) -> Callable[[], Any]:
+        """Make the endpoint and return what takes it away; in the node's thread."""
 
     async def _settle_all(self, served: Served) -> None:
         """Let everything that waits for a client go on without it."""
@@ -93,12 +94,10 @@ class Advertised(ABC):
         await self._link.run(lambda: None)
 
     async def _end(self, served: Served) -> None:
-        for name, other in list(self._served.items()):
-            if other is served:
-                del self._served[name]
+        self._served = {name: other for name, other in self._served.items()
+                        if other is not served}
         await self._settle_all(served)
-        if served.endpoint is not None:
-            await self._link.run(lambda: self._destroy(served.endpoint))
+        await self._link.run(served.destroy)
 
     def _find(self, client: Client, message: dict[str, Any]) -> tuple[Served, str]:
         """

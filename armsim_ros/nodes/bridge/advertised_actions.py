@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -66,7 +67,7 @@ class AdvertisedActions(Advertised):
         for _ in range(2):
             await self._link.run(lambda: None)
 
-    def _make(self, served: Served, name: str) -> Any:
+    def _make(self, served: Served, name: str) -> Callable[[], Any]:
         async def execute(goal: ServerGoalHandle) -> Any:
             key, answer = self._request(served, goal, {
                 'op': 'send_action_goal', 'action_type': type_name(served.kind), 'feedback': True,
@@ -87,9 +88,7 @@ class AdvertisedActions(Advertised):
                 {'op': 'cancel_action_goal', 'id': key, 'action': served.name}))
             return CancelResponse.ACCEPT
 
-        return ActionServer(
+        server = ActionServer(
             self._link.node, served.kind, name, execute, callback_group=self._group,
             cancel_callback=cancel, **qos.ACTION_SERVICES)
-
-    def _destroy(self, endpoint: Any) -> None:
-        endpoint.destroy()
+        return server.destroy

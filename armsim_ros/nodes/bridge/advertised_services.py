@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from armsim_ros.nodes.bridge.advertised import Advertised, Served
@@ -46,7 +47,7 @@ class AdvertisedServices(Advertised):
         finally:
             self._link.settle(waiting, response)
 
-    def _make(self, served: Served, name: str) -> Any:
+    def _make(self, served: Served, name: str) -> Callable[[], Any]:
         async def respond(request: Any, response: Any) -> Any:
             _, answer = self._request(
                 served, None, {'op': 'call_service',
@@ -57,8 +58,6 @@ class AdvertisedServices(Advertised):
                     f'{served.name}: the client did not answer; the caller gets default values')
             return response if found is None else found
 
-        return self._link.node.create_service(served.kind, name, respond,
-                                              callback_group=self._group)
-
-    def _destroy(self, endpoint: Any) -> None:
-        self._link.node.destroy_service(endpoint)
+        service = self._link.node.create_service(served.kind, name, respond,
+                                                 callback_group=self._group)
+        return lambda: self._link.node.destroy_service(service)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
 import re
@@ -95,12 +95,6 @@ class PackageFiles:
             return None
         try:
             file = (folder / path).resolve()
-            if '..' in Path(path).parts or not _is_below(file, (folder.resolve(), folder)):
-                return None
-            return file.read_bytes()
+            return file.read_bytes() if file.is_relative_to(folder.resolve()) else None
         except (OSError, ValueError):
             return None
-
-
-def _is_below(file: Path, folders: Sequence[Path]) -> bool:
-    return any(file.is_relative_to(folder) for folder in folders)

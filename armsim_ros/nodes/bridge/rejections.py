@@ -26,7 +26,7 @@ async def logged_error(link: BridgeLink, action: str, since: int) -> str:
     :param since: what is older is another's [ns], of the system's clock.
     """
     servers = [node.strip('/').replace('/', '.')
-               for node in Graph(link).providers(f'{action}/_action/send_goal')]
+               for node in Graph(link).providers([f'{action}/_action/send_goal'])]
     found: asyncio.Future[str] = link.loop.create_future()
 
     def settle(text: str) -> None:

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-import os
 from pathlib import Path
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.nodes.serving.arguments import read_values
+from armsim_ros.packages import split_path
 
 PORT = 8080
 HELP = f"""usage: armsim web [NAME:=VALUE ...] [--ros-args ...]
@@ -56,9 +56,5 @@ def parse_web_arguments(argv: Sequence[str]) -> WebArguments:
         raise UsageError(f"port is '{port}'; allowed: a number from 1 to 65535")
     return WebArguments(
         port=int(port), host=values.get('host', '127.0.0.1'), token=values.get('token', ''),
-        packages_path=_paths(values.get('packages_path', '')),
-        near=_paths(values.get('near', '')), ros_args=ros_args)
-
-
-def _paths(text: str) -> tuple[Path, ...]:
-    return tuple(Path(path).expanduser() for path in text.split(os.pathsep) if path)
+        packages_path=split_path(values.get('packages_path', '')),
+        near=split_path(values.get('near', '')), ros_args=ros_args)

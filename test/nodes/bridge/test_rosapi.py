@@ -111,6 +111,7 @@ def test_types_are_described_with_their_full_text(ask, known):
     ('topic_type', {'topic': '/nowhere'}, {'type': ''}),
     ('node_details', {'node': '/nobody'}, {'subscribing': [], 'publishing': [], 'services': []}),
     ('publishers', {'topic': 'not a name'}, {'publishers': []}),
+    ('service_node', {'service': 'not a name'}, {'node': ''}),
     ('action_type', {'action': '/nothing'}, {'type': ''}),
 ])
 def test_what_is_not_there_has_an_empty_answer(ask, service, args, expected):

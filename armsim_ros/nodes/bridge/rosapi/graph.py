@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
-from typing import Any
 
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import NodeNameNonExistentError
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
 
 _ACTION = '/_action/'
@@ -34,28 +33,11 @@ class Graph:
         return {name: types[0] for name, types in self._link.service_types().items()
                 if _ACTION not in name and self._node.count_services(name)}
 
-    def topics_of(self, type_name: str) -> list[str]:
-        """Return the topics of a type in two or three parts."""
-        requested = full_name(type_name, 'msg')
-        return [name for name, found in self.topics().items() if found == requested]
-
-    def services_of(self, type_name: str) -> list[str]:
-        """Return the services of a type in two or three parts."""
-        requested = full_name(type_name, 'srv')
-        return [name for name, found in self.services().items() if found == requested]
-
-    def topic_type(self, topic: str) -> str:
-        """Return a topic's type, '' where it is not there."""
-        return self._first(self._link.topic_types(), topic)
-
-    def service_type(self, service: str) -> str:
-        """Return a service's type, '' where it is not there."""
-        return self._first(self._link.service_types(), service)
-
-    def action_type(self, action: str) -> str:
-        """Return an action's type, '' where it is not there."""
-        found = self._first(self._link.service_types(), f'{action}/_action/send_goal')
-        return found.removesuffix('_SendGoal')
+    def type_of(self, name: str, known: dict[str, list[str]]) -> str:
+        """Return the type of what is known by a name, '' where it is not there."""
+        with suppress(ArmsimError, KeyError):
+            return known[self._link.expand(name)][0]
+        return ''
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes."""
@@ -75,37 +57,20 @@ class Graph:
             found.append(names)
         return found[0], found[1], found[2]
 
-    def publishers(self, topic: str) -> list[str]:
-        """Return the nodes that publish a topic."""
-        return self._ends(self._node.get_publishers_info_by_topic, topic)
+    def providers(self, services: Iterable[str]) -> list[str]:
+        """Return the nodes that serve one of these services."""
+        full = set()
+        for name in services:
+            with suppress(ArmsimError):
+                full.add(self._link.expand(name))
+        return [node for node in self.nodes() if full & set(self.node_details(node)[2])]
 
-    def subscribers(self, topic: str) -> list[str]:
-        """Return the nodes that subscribe to a topic."""
-        return self._ends(self._node.get_subscriptions_info_by_topic, topic)
-
-    def providers(self, service: str) -> list[str]:
-        """Return the nodes that serve a service."""
-        full = self._expanded(service)
-        return [node for node in self.nodes() if full in self.node_details(node)[2]]
-
-    def providers_of(self, type_name: str) -> list[str]:
-        """Return the nodes that serve a service type."""
-        names = set(self.services_of(type_name))
-        return [node for node in self.nodes() if names & set(self.node_details(node)[2])]
-
-    def _ends(self, info: Any, topic: str) -> list[str]:
+    def ends(self, topic: str, *, publish: bool) -> list[str]:
+        """Return the nodes that publish a topic, or subscribe to it."""
+        info = (self._node.get_publishers_info_by_topic if publish
+                else self._node.get_subscriptions_info_by_topic)
         try:
             found = info(self._link.expand(topic))
         except (ArmsimError, InvalidHandle):
             return []
         return sorted({f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in found})
-
-    def _first(self, known: dict[str, list[str]], name: str) -> str:
-        types = known.get(self._expanded(name))
-        return types[0] if types else ''
-
-    def _expanded(self, name: str) -> str:
-        try:
-            return self._link.expand(name)
-        except ArmsimError:
-            return ''

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Iterable
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
 import inspect
 import os
 import re
@@ -21,7 +21,7 @@ from std_msgs.msg import Int32
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.interfaces import installed, load
+from armsim_ros.nodes.bridge.interfaces import full_name, installed, load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.rosapi.graph import Graph
 from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
@@ -111,23 +111,32 @@ class RosApi:
             'Topics': lambda _: {'topics': list(graph.topics()),
                                  'types': list(graph.topics().values())},
             'TopicsAndRawTypes': self._raw_types,
-            'TopicsForType': lambda request: {'topics': graph.topics_of(request.type)},
-            'TopicType': lambda request: {'type': graph.topic_type(request.topic)},
+            'TopicsForType': lambda request: {
+                'topics': _of_type(graph.topics(), request.type, 'msg')},
+            'TopicType': lambda request: {
+                'type': graph.type_of(request.topic, self._link.topic_types())},
             'Services': lambda _: {'services': list(graph.services())},
-            'ServicesForType': lambda request: {'services': graph.services_of(request.type)},
-            'ServiceType': lambda request: {'type': graph.service_type(request.service)},
+            'ServicesForType': lambda request: {
+                'services': _of_type(graph.services(), request.type, 'srv')},
+            'ServiceType': lambda request: {
+                'type': graph.type_of(request.service, self._link.service_types())},
             'ServiceNode': lambda request: {
-                'node': next(iter(graph.providers(request.service)), '')},
+                'node': next(iter(graph.providers([request.service])), '')},
             'ServiceProviders': lambda request: {
-                'providers': graph.providers_of(request.service)},
+                'providers': graph.providers(
+                    _of_type(graph.services(), request.service, 'srv'))},
             'Nodes': lambda _: {'nodes': graph.nodes()},
             'NodeDetails': lambda request: dict(zip(
                 ('subscribing', 'publishing', 'services'), graph.node_details(request.node),
                 strict=True)),
-            'Publishers': lambda request: {'publishers': graph.publishers(request.topic)},
-            'Subscribers': lambda request: {'subscribers': graph.subscribers(request.topic)},
+            'Publishers': lambda request: {
+                'publishers': graph.ends(request.topic, publish=True)},
+            'Subscribers': lambda request: {
+                'subscribers': graph.ends(request.topic, publish=False)},
             'GetActionServers': lambda _: {'action_servers': self._link.action_names()},
-            'ActionType': lambda request: {'type': graph.action_type(request.action)},
+            'ActionType': lambda request: {'type': graph.type_of(
+                f'{request.action}/_action/send_goal', self._link.service_types()
+                ).removesuffix('_SendGoal')},
             'Interfaces': lambda _: {'interfaces': sorted(
                 f'{package}/{name}' for package, names in installed().items()
                 for name in names)},
@@ -173,6 +182,12 @@ class RosApi:
 
     async def _param_names(self, _: Any) -> dict[str, Any]:
         return {'names': await self._parameters.names()}
+
+
+def _of_type(known: Mapping[str, str], type_name: str, group: str) -> list[str]:
+    """Return the names of a type in two or three parts."""
+    requested = full_name(type_name, group)
+    return [name for name, found in known.items() if found == requested]
 
 
 def service_name(kind: str) -> str:
