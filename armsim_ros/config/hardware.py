@@ -34,6 +34,8 @@ class HardwareSettings(Settings):
     io: dict[str, str] = parameter(
         {}, "digital output -> vacuum gripper that it switches; digital input -> "
         "'GRIPPER/grasping'", read_only=True)
+    gripper: str = parameter(
+        '', "node of the hand of a vendor that has one; '' is <ARM>_gripper", read_only=True)
     unlock_delay: float = parameter(
         -1.0, "time that a protective stop lasts at least [s]; below 0 the vendor's, or 0",
         read_only=True, allow_inf_nan=False)

@@ -159,6 +159,8 @@ class Controller(ABC, Generic[ParametersT]):
         self.fallback_controllers: tuple[str, ...] = ()
         #: Whether another controller writes this controller's references; set by the manager.
         self.chained = False
+        #: Of a device: the active controller that commands its joints, '' where none does.
+        self.holder = ''
         self.on_init()
 
     def on_init(self) -> None:
@@ -168,6 +170,11 @@ class Controller(ABC, Generic[ParametersT]):
     def active(self) -> bool:
         """Whether the controller is updated."""
         return self.state is LifecycleState.ACTIVE
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints that it commands."""
+        return ()
 
     @property
     def update_rate(self) -> int:

@@ -130,6 +130,8 @@ class HardwareInterface(ABC):
         #: Reference of a chainable controller, as ``controller/joint/interface`` -> the last
         #: value that a preceding controller wrote, NaN before the first.
         self.references: dict[str, float] = {}
+        #: Joints that devices of a controller manager may command, whatever is declared.
+        self.device_joints: set[str] = set()
         #: Joints whose drives add what holds them against gravity to efforts.
         self.gravity_compensated: frozenset[str] = frozenset()
         #: Other states that controllers set, such as the pace of trajectories -> value.

@@ -77,6 +77,7 @@ class HardwarePart(HardwareInterface):
         self.effort_bound = whole.effort_bound[place]
         self.plan = whole.plan.window(place)
         self.other_commands = whole.other_commands
+        self.device_joints = whole.device_joints
         self.gravity_compensated = whole.gravity_compensated.intersection(joint_names)
         whole.given_states_of_parts.append(self.given_states)
         self._shared = shared

@@ -22,6 +22,7 @@ from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
 from armsim_ros.launch.process_spec import (
     CONTROLLER_STOPPER,
+    HAND,
     is_known,
     ProcessSpec,
     ProgramRole,
@@ -39,6 +40,8 @@ JOINT_STATES = 'armsim.joint_states'
 FLOOR = 'armsim.floor'
 #: Parameter of ours: the driver's program does not run before it is played.
 PROGRAM = 'armsim.program'
+#: Parameter of ours: the name of the node of the vendor's hand.
+GRIPPER = 'armsim.gripper'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
@@ -104,6 +107,7 @@ class Mapping:
         self._world = ''
         self._tells_joints = False
         self._plays_later = False
+        self._gripper = ''
 
     def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
         """Return what becomes of the processes of a batch, in order."""
@@ -120,6 +124,9 @@ class Mapping:
             spec.node is not None and spec.node.executable == CONTROLLER_STOPPER
             and str(spec.node.merged().get('headless_mode')).lower() != 'true'
             for _, spec in batch)
+        self._gripper = next((
+            spec.node.name or HAND for _, spec in batch
+            if spec.node is not None and spec.node.executable == HAND), '')
         return [self._decide(action, spec, role)
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
@@ -158,6 +165,8 @@ class Mapping:
                 extra[JOINT_STATES] = True
             if self._plays_later:
                 extra[PROGRAM] = 'STOPPED'
+            if self._gripper:
+                extra[GRIPPER] = self._gripper
         elif role in (ProgramRole.MOVE_GROUP, ProgramRole.SERVO):
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [

@@ -167,6 +167,9 @@ NODES: dict[tuple[str, str], ProgramRole] = {
 NODES.update({('ur_robot_driver', name): ProgramRole.VENDOR for name in (
     'dashboard_client', 'robot_state_helper', 'controller_stopper_node', 'urscript_interface',
     'trajectory_until_node')})
+#: The program of a hand's driver, whose node is named as in the launch file.
+HAND = 'franka_gripper_node'
+NODES['franka_gripper', HAND] = ProgramRole.VENDOR
 #: Holds the arm until its program is played, unless headless_mode plays it.
 CONTROLLER_STOPPER = 'controller_stopper_node'
 #: Class of a component -> the program that does its work in a process of its own.

@@ -33,28 +33,31 @@ class Gripper:
         return tuple(self.bodies)
 
 
-def grippers_of(robot: Robot) -> tuple[Gripper, ...]:
+def grippers_of(robot: Robot, joints: Iterable[str] = ()) -> tuple[Gripper, ...]:
     """
     Return the grippers of a robot.
 
     Each end effector of the SRDF whose group has moving joints is a gripper, and each joint of a
     gripper controller that belongs to none of these.
+
+    :param joints: further ones that move fingers.
     """
     model, found = robot.model, []
     taken: set[str] = set()
     for effector in model.semantic.end_effectors.values():
         group = model.semantic.groups.get(effector.group)
-        joints = _with_followers(model, group.joints if group is not None else ())
-        if joints:
-            found.append(_gripper(model, effector.name, joints))
-            taken |= joints
-    for controller in robot.settings.controllers:
-        parameters = controller.parameters
-        if isinstance(parameters, GripperParameters) and parameters.joint not in taken:
-            joints = _with_followers(model, [parameters.joint])
-            if joints:
-                found.append(_gripper(model, controller.name, joints))
-                taken |= joints
+        members = _with_followers(model, group.joints if group is not None else ())
+        if members:
+            found.append(_gripper(model, effector.name, members))
+            taken |= members
+    drives = [(controller.name, controller.parameters.joint)
+              for controller in robot.settings.controllers
+              if isinstance(controller.parameters, GripperParameters)]
+    for name, joint in (*drives, *((joint, joint) for joint in joints)):
+        members = _with_followers(model, [joint])
+        if members and joint not in taken:
+            found.append(_gripper(model, name, members))
+            taken |= members
     return tuple(found)
 
 

@@ -206,11 +206,12 @@ def vendor_of(robot: Robot) -> Vendor | None:
 
 
 def watch(robot: Robot, manager: ControllerManager, simulation: Simulation, *,
-          always: bool = False) -> None:
+          always: bool = False, loaded: bool = False) -> None:
     """
     Let speeds, positions and loads stop an arm.
 
     :param always: whether the settings ask for it or not.
+    :param loaded: whether loads are measured also without a limit.
     """
     settings, vendor = robot.settings.simulation.hardware, manager.arm.vendor
     torque = settings.collision.torque or vendor.collision_torque
@@ -220,8 +221,10 @@ def watch(robot: Robot, manager: ControllerManager, simulation: Simulation, *,
     if not (asked or always):
         return
     hardware, loads = manager.hardware, None
-    if min(torque, force) < inf:
-        loads = ExternalLoads(simulation, hardware.joint_names, robot)
+    if loaded or min(torque, force) < inf:
+        fingers = [name for name in hardware.joint_names
+                   if vendor.finger and name.endswith(vendor.finger)]
+        loads = ExternalLoads(simulation, hardware.joint_names, robot, fingers)
     manager.stops.watch(StopMonitor(hardware, robot.model, loads, torque, force))
 
 

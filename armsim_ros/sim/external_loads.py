@@ -25,20 +25,22 @@ class ExternalLoads:
 
     :param simulation: the plant; an edit of the world replaces its model.
     :param joint_names: (n,) joints of the arm, fingers too.
+    :param fingers: joints that move fingers, besides those that the robot's files name.
     """
 
-    def __init__(self, simulation: Simulation, joint_names: Sequence[str], robot: Robot) -> None:
+    def __init__(self, simulation: Simulation, joint_names: Sequence[str], robot: Robot,
+                 fingers: Sequence[str] = ()) -> None:
         self._simulation = simulation
         self._joint_names = tuple(joint_names)
         self._robot = simulation.model.name
         model = robot.model
-        fingers: set[str] = set()
-        for gripper in grippers_of(robot):
+        links: set[str] = set()
+        for gripper in grippers_of(robot, fingers):
             palm = gripper.bodies.get(gripper.palm)
-            fingers |= {link for link, root in gripper.bodies.items() if root != palm}
-        self._links = frozenset(model.links) - fingers
+            links |= {link for link, root in gripper.bodies.items() if root != palm}
+        self._links = frozenset(model.links) - links
         moved = {name: joint.child for name, joint in model.joints.items()}
-        self._counts = np.array([moved.get(name) not in fingers for name in joint_names])
+        self._counts = np.array([moved.get(name) not in links for name in joint_names])
         self._force = np.zeros(6)
         self._bound: Any = None
 

@@ -192,7 +192,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             follow together; nothing changes then.
         """
         for name, interfaces in claimed.items():
-            if interfaces and not self._command_interfaces.get(name):
+            if (interfaces and not self._command_interfaces.get(name)
+                    and name not in self.device_joints):
                 raise SimulationError(self._undriven(name))
         left = dict(zip(self.model.active_joints, self._servo.switch(claimed), strict=True))
         for name, i in self.index.items():

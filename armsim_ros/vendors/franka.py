@@ -9,5 +9,7 @@ from armsim_ros.vendors.vendor import Vendor
 VENDOR = Vendor(
     name='franka',
     plugins=('franka_hardware/FrankaHardwareInterface',),
-    endpoints='armsim_ros.nodes.vendors.franka:FrankaEndpoints',
+    tool='link8',
+    finger='_finger_joint1',
+    endpoints='armsim_ros.nodes.vendors.franka.endpoints:FrankaEndpoints',
 )

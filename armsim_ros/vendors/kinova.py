@@ -9,4 +9,6 @@ from armsim_ros.vendors.vendor import Vendor
 VENDOR = Vendor(
     name='kinova',
     plugins=('kortex_driver/KortexMultiInterfaceHardware',),
+    tool='end_effector_link',
+    endpoints='armsim_ros.nodes.vendors.kinova:KinovaEndpoints',
 )

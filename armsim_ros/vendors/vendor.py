@@ -24,6 +24,7 @@ class Vendor:
         does, the controllers of the arm are inactive.
     :param pace: state interface with the pace of trajectories, without the robot's prefix.
     :param tool: link at which payloads are given, without the robot's prefix.
+    :param finger: end of the name of the joint that moves the fingers of the vendor's hand.
     :param endpoints: ``module:function`` that makes what the driver offers to ROS beside its
         controllers; see ``armsim_ros.nodes.vendors``.
     """
@@ -38,4 +39,5 @@ class Vendor:
     program: bool = False
     pace: str = ''
     tool: str = ''
+    finger: str = ''
     endpoints: str = ''

@@ -31,7 +31,7 @@ class Subject:
     def __init__(self, vendor: str) -> None:
         self.sim = sim = ArmSim(
             'sunday', overrides={'simulation.hardware.vendor': vendor or 'none'})
-        self.joints = sim.manager.controllers[ARM].joints  # type: ignore[attr-defined]
+        self.joints = sim.manager.controllers[ARM].joints
         if vendor:
             sim.manager.load(SimpleNamespace(
                 name=SCALED, type='ur_controllers/ScaledJointTrajectoryController', parameters={

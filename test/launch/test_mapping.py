@@ -9,7 +9,7 @@ from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.lookup import looking_with, make_lookup
-from armsim_ros.launch.mapping import FLOOR, JOINT_STATES, Kind, Mapping
+from armsim_ros.launch.mapping import FLOOR, GRIPPER, JOINT_STATES, Kind, Mapping
 
 CONTROL = Node(package='controller_manager', executable='ros2_control_node',
                parameters=[{'robot_description': '<robot name="r"/>'}])
@@ -224,3 +224,11 @@ def test_foxglove_bridge_is_the_bridge(decided):
                                     parameters=[{'port': 8766}]))
     assert 'foxglove_bridge' in bridge.command
     assert (bridge.kind, texts[0]) == (Kind.RUN, {'port': 8766})
+
+
+def test_the_node_of_a_hand_is_a_part_with_its_name(decided):
+    """franka_gripper's node gets no process; the simulation gets its name."""
+    (control, hand), texts = decided(CONTROL, Node(
+        package='franka_gripper', executable='franka_gripper_node', name='franka_gripper'))
+    assert (control.kind, hand.kind) == (Kind.RUN, Kind.PART)
+    assert any(one.get(GRIPPER) == 'franka_gripper' for one in texts)

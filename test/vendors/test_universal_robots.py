@@ -9,6 +9,7 @@ As ``gpio_controller.cpp`` (setIO, setSpeedSlider) and ``dashboard_client_ros.cp
 
 from types import SimpleNamespace
 
+from direct_nodes import Node, Nodes
 import pytest
 
 from armsim_ros.nodes.vendors.universal_robots.dashboard import Dashboard
@@ -16,50 +17,6 @@ from armsim_ros.nodes.vendors.universal_robots.io_and_status import IoAndStatus
 from armsim_ros.nodes.vendors.universal_robots.modes import headless
 from armsim_ros.nodes.vendors.universal_robots.urscript import read_script, ScriptError
 from armsim_ros.stack import ArmSim
-
-
-class Node:
-    """Takes endpoints and keeps nothing."""
-
-    def __getattr__(self, _):
-        return lambda *_, **__: SimpleNamespace(
-            publish=lambda _: None, error=lambda _: None, info=lambda _: None)
-
-
-class Nodes:
-    """The services that endpoints create, to be called directly."""
-
-    def __init__(self, sim):
-        self.robot = SimpleNamespace(model=sim.model)
-        self.manager, self.loop, self.arm = sim.manager, sim.loop, sim.manager.arm
-        self.services = {}
-        self._sim = sim
-
-    def new_node(self, _):
-        return Node()
-
-    def service(self, _, kind, name, answer):
-        self.services[name.removeprefix('~/')] = kind, answer
-
-    def trigger(self, _, name, function, done=''):
-        self.services[name.removeprefix('~/')] = None, (function, done)
-
-    def set_payload(self, mass, centre):
-        return ''
-
-    def call(self, name, **request):
-        """Call a service between two steps; return the response, of a Trigger its message."""
-        kind, answer = self.services[name]
-        self.arm.time_ns = self._sim.loop.clock.now_ns
-        if kind is None:
-            function, done = answer
-            refusal = function()
-            found = SimpleNamespace(success=not refusal, message=refusal or done)
-        else:
-            found = kind.Response()
-            answer(kind.Request(**request), found)
-        self._sim.step(20)
-        return found
 
 
 @pytest.fixture

@@ -201,7 +201,8 @@ STAND_INS: tuple[StandIn, ...] = (
             "type '{type}' is replaced: it publishes 100.0, the full speed"),
     StandIn(re.compile(r'joint_state_controller/.*'), JointStateBroadcasterParameters,
             f"type '{{type}}' runs as '{BROADCASTER}'", BROADCASTER),
-    StandIn(re.compile(r'.*Broadcaster|.*/GPIOController|ur_controllers/\w+'), StandInParameters,
+    StandIn(re.compile(r'.*Broadcaster|.*/GPIOController|ur_controllers/\w+|picknik_\w+/\w+'),
+            StandInParameters,
             "type '{type}' is replaced: it can be activated, claims nothing and publishes "
             'nothing, but for what the arm has without it'),
 )

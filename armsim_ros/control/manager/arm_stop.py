@@ -130,6 +130,9 @@ class ArmStop:
         """The joints that stop with the arm; in the order of the model."""
         taken = {name.rpartition('/')[0] for controller, _ in self._switches.active
                  if not controller.moves_arm for name in controller.required_command_interfaces}
+        for device, _ in self._switches.devices:
+            if not device.moves_arm:
+                taken.update(device.joints)
         return tuple(name for name in self._hardware.joint_names
                      if self._hardware.command_interfaces.get(name) and name not in taken)
 
@@ -170,7 +173,7 @@ class ArmStop:
         cause = self.arm.cause
         measured = cause is not None and cause.kind == 'collision'
         velocity = braking.measure(measured=measured)
-        for controller in active:
+        for controller in (*active, *(device for device, _ in self._switches.devices)):
             if controller.moves_arm:
                 controller.interrupt(time_ns, reason)
         self._resources.halted = braking.joints

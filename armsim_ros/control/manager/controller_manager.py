@@ -106,6 +106,22 @@ class ControllerManager:
         """Count of all changes of a controller's or the hardware's state."""
         return self._changes + self._switches.generation
 
+    @property
+    def context(self) -> ControllerContext:
+        """What controllers get."""
+        return self._context
+
+    def attach(self, device: Controller[Any]) -> None:
+        """
+        Have a device updated after the controllers; for the control loop's own thread.
+
+        A device commands positions of its joints while no controller claims them. It is not
+        loaded, and no list has it.
+
+        :param device: configured.
+        """
+        self._switches.attach(device, self.time_ns)
+
     def load(
         self, settings: LoadableController, fallback_controllers: Sequence[str] | None = None
     ) -> Controller[Any]:
@@ -216,7 +232,7 @@ class ControllerManager:
             self._serve()
         tick = self._tick
         self._tick = tick + 1
-        for controller, divisor in self._switches.active:
+        for controller, divisor in self._switches.active + self._switches.devices:
             if (divisor > 1 and tick % divisor) or controller.name in self._failures:
                 continue
             if stops.reason and stops.holds(controller):
@@ -291,7 +307,7 @@ class ControllerManager:
 
         :param reason: for clients that wait for a goal.
         """
-        for controller, _ in self._switches.active:
+        for controller, _ in self._switches.active + self._switches.devices:
             controller.interrupt(time_ns, reason)
 
     def resume(self, time_ns: int) -> None:
@@ -302,7 +318,7 @@ class ControllerManager:
         self.stops.restart(time_ns)
         self.resources.hold_here()
         self._resumed = True
-        for controller, _ in reversed(self._switches.active):
+        for controller, _ in reversed(self._switches.active + self._switches.devices):
             if controller.name in self._failures:
                 continue
             try:
@@ -341,7 +357,8 @@ class ControllerManager:
     def poll_events(self) -> list[ControllerEvent]:
         """Return the messages of the manager and its controllers since the last call."""
         events = self.events.drain()
-        for controller in self.controllers.values():
+        for controller in (*self.controllers.values(),
+                           *(device for device, _ in self._switches.devices)):
             events += controller.poll_events()
         return sorted(events, key=lambda event: event.time_ns) if events else events
 
@@ -353,7 +370,7 @@ class ControllerManager:
     @property
     def _updated(self) -> tuple[tuple[Controller[Any], int], ...]:
         """The active controllers that are updated now, with the manager's updates per update."""
-        active = self._switches.active
+        active = self._switches.active + self._switches.devices
         if not self.stops.reason:
             return active
         return tuple(entry for entry in active if not self.stops.holds(entry[0]))
@@ -370,6 +387,8 @@ class ControllerManager:
             for name, error in failures.items():
                 if (failed := self.controllers.get(name)) is not None:
                     self._switches.replace_failed(self.controllers, failed, error, self.time_ns)
+                else:
+                    self._switches.detach_failed(name, error, self.time_ns)
             for request in self._requests.take_all():
                 if request.future.set_running_or_notify_cancel():
                     result = self._switches.execute(self.controllers, request, self.time_ns)

@@ -75,6 +75,8 @@ class SwitchExecution:
     ) -> None:
         self.generation = 0
         self.active: tuple[tuple[Controller[Any], int], ...] = ()
+        #: Controllers that no client sees, see ``attach``.
+        self.devices: tuple[tuple[Controller[Any], int], ...] = ()
         self._hardware = resources.hardware
         self._resources = resources
         self._parameters = parameters
@@ -102,6 +104,20 @@ class SwitchExecution:
                                 strict=strict)
         message = '; '.join([*failures, *plan.left_out]) or 'controllers switched'
         return SwitchResult(not failures, message)
+
+    def attach(self, device: Controller[Any], time_ns: int) -> None:
+        """Have a device, which is configured, command its joints where no controller does."""
+        self.devices = (*self.devices, (device, 1))
+        self._hardware.device_joints.update(device.joints)
+        self._follow_devices()
+        self.follow_hardware([controller for controller, _ in self.active], time_ns)
+        self._activate(device, time_ns)
+
+    def detach_failed(self, name: str, error: Exception, time_ns: int) -> None:
+        """Let go of a device that raised."""
+        self.devices = tuple(entry for entry in self.devices if entry[0].name != name)
+        self._events.add(time_ns, 'error', 'failure',
+                         f"'{name}' failed and is left out: {error.__class__.__name__}: {error}")
 
     def replace_failed(
         self, controllers: Controllers, failed: Controller[Any], error: Exception, time_ns: int
@@ -247,6 +263,10 @@ class SwitchExecution:
         idle = self._resources.idle_joints
         joints = [name for name in self._hardware.joint_names if name not in idle]
         claims = claimed_joints(controllers, joints)
+        for device, _ in self.devices:
+            for name in device.joints:
+                if name not in idle:
+                    claims.setdefault(name, frozenset({POSITION}))
         # What brakes a stopped arm commands positions.
         claims.update((name, frozenset({POSITION})) for name in self._resources.halted)
         return claims
@@ -257,7 +277,15 @@ class SwitchExecution:
             (controller, round(rate / controller.update_rate))
             for controller in in_order([controller for controller in controllers.values()
                                         if controller.active]))
+        self._follow_devices()
         self.generation += 1
+
+    def _follow_devices(self) -> None:
+        for device, _ in self.devices:
+            device.holder = next((
+                controller.name for controller, _ in self.active
+                if any(name.rpartition('/')[0] in device.joints
+                       for name in controller.required_command_interfaces)), '')
 
     def _strict(self, strictness: int) -> bool:
         if strictness == 0:

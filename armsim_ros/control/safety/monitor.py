@@ -61,6 +61,11 @@ class StopMonitor:
         self.force = force
         self._pressed_ns = _NEVER_NS
 
+    @property
+    def has_loads(self) -> bool:
+        """Whether loads from outside are measured."""
+        return self._loads is not None
+
     def check(self, time_ns: int) -> Cause | None:
         """Return why the arm has to stop at a time [ns], None where it may go on."""
         velocity, position = self._state.velocity, self._state.position

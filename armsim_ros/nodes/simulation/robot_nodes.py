@@ -226,6 +226,7 @@ class RobotNodes:
     def end(self, sentence: str) -> None:
         """Abort running goals and accept no more; only from the executor's thread."""
         self._arm_nodes.end(sentence)
+        self._vendor.end(sentence)
         for side in self._registry.sides:
             side.end(sentence)
 

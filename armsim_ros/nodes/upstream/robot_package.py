@@ -67,7 +67,7 @@ class RobotPackage:
         return self._config / f'{self.name}.urdf'
 
     def add_simulation(self, *, spawn: Iterable[str] = (), placement: Mapping[str, Any],
-                       program: str = '') -> None:
+                       hardware: Mapping[str, Any] | None = None) -> None:
         """
         Set which controllers are active from the start, and the pose of the robot.
 
@@ -76,7 +76,7 @@ class RobotPackage:
         self._dump('simulation.yaml', {
             'spawn': list(spawn), 'state_publisher': False,
             **({'placement': dict(placement)} if placement else {}),
-            **({'hardware': {'program': program}} if program else {})})
+            **({'hardware': dict(hardware)} if hardware else {})})
 
     def add_controllers(self, number: int, text: str) -> Path:
         """Add a file with ros2_control's controllers."""

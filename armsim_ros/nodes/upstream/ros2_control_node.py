@@ -62,7 +62,7 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     package.add_simulation(
         spawn=_broadcasters(values) if own.get('joint_states') else (),
         placement={key: own[key] for key in ('xyz', 'rpy') if key in own},
-        program=str(own.get('program', '')))
+        hardware={key: own[key] for key in ('program', 'gripper') if own.get(key)})
     controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()

@@ -50,7 +50,7 @@ class ArmNodes:
     ) -> None:
         self.robot, self.manager, self.loop, self.node = robot, manager, loop, node
         self.new_node = new_node
-        self._dispatcher = dispatcher
+        self.dispatcher = dispatcher
         self._work = Work(node, loop, dispatcher)
         self._group = ReentrantCallbackGroup()
         self._waiting: list[tuple[Callable[[], bool], Future]] = []
@@ -139,7 +139,7 @@ class ArmNodes:
     def end(self, sentence: str) -> None:
         """Resume all coroutines; from any thread."""
         self.ending = sentence
-        self._dispatcher.post(self.check_waiting)
+        self.dispatcher.post(self.check_waiting)
 
 
 class Endpoints:
@@ -161,6 +161,9 @@ class Endpoints:
     def pending(self) -> int:
         """Goals without a result."""
         return 0
+
+    def end(self, sentence: str) -> None:
+        """Abort running goals, with the reason; only from the executor's thread."""
 
 
 def endpoints_of(nodes: ArmNodes) -> Endpoints:

@@ -9,6 +9,7 @@ import json
 from typing import Any
 
 from controller_bench import Bench, TrajectoryController
+from industrial_msgs.msg import RobotStatus
 import pytest
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
@@ -53,6 +54,26 @@ def test_a_protective_stop_ends_goals_until_it_is_cleared(
     assert bench.client.call(bench.name('clear_stop'), Trigger).success
     wait_for(safety, 'NORMAL')
     assert arm.run(arm.to([0.0, 0.0], 1.0)).status == SUCCEEDED
+
+
+def test_robot_status_follows_a_stop(bench: Bench, safety: Any) -> None:
+    """As drivers of ROS-Industrial publish it: why the arm cannot move, and since when it can."""
+    status = bench.client.collect(bench.name('robot_status'), RobotStatus, 1)
+    message = status.wait_for(lambda message: message.motion_possible.val == 1)
+    assert (message.drives_powered.val, message.mode.val, message.error_code) == (1, 2, 0)
+    assert press(bench, 'protective_stop', True).success
+    message = status.wait_for(lambda message: message.in_error.val == 1)
+    assert (message.e_stopped.val, message.motion_possible.val, message.error_code) == (0, 0, 1)
+    assert press(bench, 'emergency_stop', True).success
+    status.wait_for(lambda message: message.e_stopped.val == 1 and message.error_code == 6)
+    assert press(bench, 'emergency_stop', False).success
+    assert bench.client.call(bench.name('clear_stop'), Trigger).success
+    status.wait_for(lambda message: message.motion_possible.val == 1)
+    assert bench.client.call(bench.name('power_off'), Trigger).success
+    status.wait_for(lambda message: message.drives_powered.val == 0)
+    assert bench.client.call(bench.name('power_on'), Trigger).success
+    status.wait_for(lambda message: message.motion_possible.val == 1)
+    status.close()
 
 
 def test_an_emergency_stop_is_not_cleared_while_it_is_pressed(

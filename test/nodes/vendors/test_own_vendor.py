@@ -1,18 +1,16 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Vendors with few endpoints: Franka, and that of a user's own that docs/hardware.md shows."""
+"""The vendor of a user's own that docs/hardware.md shows."""
 
 from contextlib import contextmanager
 from pathlib import Path
 import shutil
 
 from documents import blocks, ROOT
-from franka_msgs.action import ErrorRecovery
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 ROBOT = Path(__file__).parents[2] / 'support/robots/hand'
@@ -56,25 +54,3 @@ def test_the_example_of_the_page_gives_an_arm_its_endpoints(tmp_path):
         refused = client.call('/hand/my_driver/open_valve', Trigger)
         assert (refused.success, refused.message) == (False, 'protective stop: injected')
         assert '600 s after' in client.call('/hand/clear_stop', Trigger).message
-
-
-def test_error_recovery_clears_a_reflex(tmp_path):
-    """
-    Franka's action clears a stop; while the button is pressed it is aborted.
-
-    franka_ros2, franka_action_server.cpp, errorRecoveryAction.
-    """
-    with simulation(tmp_path, 'franka') as client:
-        press(client, 'protective_stop')
-        assert recovered(client) == SUCCEEDED
-        press(client, 'emergency_stop')
-        assert recovered(client) == ABORTED
-        press(client, 'emergency_stop', False)
-        assert recovered(client) == SUCCEEDED
-
-
-def recovered(client):
-    """Recover; return the status of the goal."""
-    run = client.goal(ErrorRecovery, '/hand/action_server/error_recovery', ErrorRecovery.Goal())
-    assert client.result(run.accepted)
-    return client.result(run.result).status

@@ -1,0 +1,37 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What franka_bringup's franka.launch.py starts for an arm with its hand, at an address."""
+
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import Command, LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+HERE = Path(__file__).parent
+ACTIVE = ['franka_robot_state_broadcaster', 'joint_trajectory_controller']
+FINGERS = ['panda_finger_joint1', 'panda_finger_joint2']
+
+
+def generate_launch_description():
+    """Return control node, state publishers, spawners and the node of the hand."""
+    robot_ip = LaunchConfiguration('robot_ip')
+    description = Command(['xacro ', str(HERE / 'franka.urdf.xacro')])
+    return LaunchDescription([
+        DeclareLaunchArgument('robot_ip'),
+        Node(package='robot_state_publisher', executable='robot_state_publisher',
+             parameters=[{'robot_description': ParameterValue(description, value_type=str)}]),
+        Node(package='controller_manager', executable='ros2_control_node',
+             parameters=[str(HERE / 'franka_controllers.yaml')]),
+        Node(package='joint_state_publisher', executable='joint_state_publisher',
+             parameters=[{'source_list': ['franka/joint_states', 'franka_gripper/joint_states'],
+                          'rate': 30}]),
+        Node(package='controller_manager', executable='spawner', arguments=[
+            'joint_state_broadcaster', '--controller-ros-args',
+            '--remap joint_states:=franka/joint_states']),
+        Node(package='controller_manager', executable='spawner', arguments=ACTIVE),
+        Node(package='franka_gripper', executable='franka_gripper_node', name='franka_gripper',
+             parameters=[{'robot_ip': robot_ip, 'joint_names': FINGERS}]),
+    ])

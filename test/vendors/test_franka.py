@@ -1,0 +1,183 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Answers of Franka's endpoints, without a middleware between client and arm.
+
+As ``franka_param_service_server.cpp`` and ``franka_robot_state.cpp`` of franka_ros2.
+"""
+
+from types import SimpleNamespace
+
+from direct_nodes import Node, Nodes
+import numpy as np
+import pytest
+
+from armsim_ros.control.safety.arm_state import Cause
+from armsim_ros.nodes.vendors.franka.services import ArmParameters, ParameterServices
+from armsim_ros.nodes.vendors.franka.state_broadcaster import errors_of, robot_mode, StateTopics
+from armsim_ros.stack import ArmSim
+
+ARM, FLANGE = 'panda_arm_controller', 'panda_link8'
+JOINTS = tuple(f'panda_joint{number}' for number in range(1, 8))
+
+
+@pytest.fixture
+def sim():
+    """Return an arm of Franka whose controller is not active."""
+    sim = ArmSim('panda', overrides={'simulation.hardware.vendor': 'franka'})
+    assert sim.manager.switch([], [ARM]).ok
+    sim.step(20)
+    return sim
+
+
+@pytest.fixture
+def nodes(sim):
+    """Return its endpoints."""
+    nodes = Nodes(sim)
+    nodes.parameters = ArmParameters()
+    nodes.server = ParameterServices(nodes, JOINTS, nodes.parameters)
+    return nodes
+
+
+@pytest.fixture
+def topics(nodes):
+    """Return the topics of its state."""
+    return StateTopics(nodes, SimpleNamespace(active=True), Node(), JOINTS, nodes.parameters)
+
+
+def state(topics):
+    """Return the message of now."""
+    return topics._message(*topics._sample())
+
+
+def behavior(torque, force):
+    """Return the fields of a collision behaviour with these upper thresholds."""
+    return {'lower_torque_thresholds_nominal': [0.5 * torque] * 7,
+            'upper_torque_thresholds_nominal': [torque] * 7,
+            'lower_force_thresholds_nominal': [0.5 * force] * 6,
+            'upper_force_thresholds_nominal': [force] * 6}
+
+
+def test_parameters_are_refused_while_a_controller_moves_the_arm(sim, nodes):
+    """Each service answers with the controller's name; afterwards each succeeds."""
+    requests = {
+        'set_joint_stiffness': {'joint_stiffness': [3000.0] * 7},
+        'set_cartesian_stiffness': {'cartesian_stiffness': [1000.0] * 6},
+        'set_tcp_frame': {'transformation': np.eye(4).flatten()},
+        'set_stiffness_frame': {'transformation': np.eye(4).flatten()},
+        'set_force_torque_collision_behavior': behavior(20.0, 40.0),
+        'set_full_collision_behavior': behavior(20.0, 40.0),
+        'set_load': {'mass': 0.5},
+    }
+    assert list(nodes.services) == list(requests)
+    sim.manager.switch([ARM], [])
+    for name, request in requests.items():
+        answer = nodes.call(name, **request)
+        assert not answer.success
+        assert ARM in answer.error
+    sim.manager.switch([], [ARM])
+    for name, request in requests.items():
+        answer = nodes.call(name, **request)
+        assert (answer.success, answer.error) == (True, ''), name
+
+
+@pytest.mark.parametrize(('name', 'request_'), [
+    ('set_joint_stiffness', {'joint_stiffness': [0.0] * 7}),
+    ('set_cartesian_stiffness', {'cartesian_stiffness': [-1.0] * 6}),
+    ('set_tcp_frame', {'transformation': [1.0] * 16}),
+    ('set_force_torque_collision_behavior', behavior(0.0, 1.0)),
+    ('set_load', {'mass': -1.0}),
+])
+def test_what_cannot_be_is_refused(nodes, name, request_):
+    """The answer has the reason."""
+    answer = nodes.call(name, **request_)
+    assert not answer.success
+    assert answer.error
+
+
+@pytest.mark.parametrize(('force', 'stops'), [(30.0, False), (90.0, True)])
+def test_the_collision_behavior_decides_what_stops_the_arm(sim, nodes, topics, force, stops):
+    """A push of the hand above the threshold of a joint is a reflex, one below is a contact."""
+    assert nodes.call('set_force_torque_collision_behavior', **behavior(30.0, 100.0)).success
+    sim.simulation.apply_wrench('panda_hand', (0, 0, -force))
+    sim.run_until(sim.time + 1.0)
+    assert sim.manager.arm.stopped == stops
+    message = state(topics)
+    assert any(message.collision_indicators.is_joint_collision) == stops
+    assert message.current_errors.joint_reflex == stops
+    assert message.robot_mode == (4 if stops else 1)
+    if not stops:
+        assert message.collision_indicators.is_joint_contact[3] == (
+            abs(message.tau_ext_hat_filtered.effort[3]) > 15.0)
+
+
+def test_the_wrench_is_what_pushes_the_arm(sim, topics):
+    """20 N along x, and none at all; with the pose of the tool in the arm's base."""
+    assert np.abs(state(topics).tau_ext_hat_filtered.effort).max() < 0.05
+    sim.simulation.apply_wrench('panda_hand', (20.0, 0, 0))
+    sim.step(500)
+    message = state(topics)
+    force = message.o_f_ext_hat_k.wrench.force
+    assert (force.x, force.y, force.z) == pytest.approx((20.0, 0.0, 0.0), abs=0.5)
+    own = message.k_f_ext_hat_k.wrench.force
+    assert np.hypot(own.x, own.y) == pytest.approx(20.0, abs=0.7)
+    pose = sim.simulation.link_pose('panda_hand_tcp')[:3, 3]
+    found = message.o_t_ee.pose.position
+    assert (found.x, found.y, found.z) == pytest.approx(pose, abs=1e-6)
+    assert message.f_t_ee.pose.position.z == pytest.approx(0.1034)
+
+
+def test_frames_of_clients_are_those_of_the_state(nodes, topics):
+    """The tool is given in the frame of the hand, the wrench's frame in that of the tool."""
+    frame = np.eye(4)
+    frame[:3, 3] = 0.0, 0.0, 0.1
+    before = state(topics)
+    assert nodes.call('set_tcp_frame', transformation=frame.T.flatten()).success
+    assert nodes.call('set_stiffness_frame', transformation=frame.T.flatten()).success
+    after = state(topics)
+    assert after.f_t_ee.pose.position.z - before.f_t_ee.pose.position.z == pytest.approx(0.1)
+    assert after.ee_t_k.pose.position.z == pytest.approx(0.1)
+
+
+def test_the_stiffness_of_joints_is_that_of_the_drives(sim, nodes):
+    """Half the stiffness, twice the deflection."""
+    found = []
+    for stiffness in (2000.0, 1000.0):
+        sim.simulation.apply_wrench('panda_hand', (0, 0, 0))
+        assert nodes.call('set_joint_stiffness', joint_stiffness=[stiffness] * 7).success
+        sim.step(500)
+        before = sim.simulation.state.position[3]
+        sim.simulation.apply_wrench('panda_hand', (0, 0, -20.0))
+        sim.step(500)
+        found.append(abs(sim.simulation.state.position[3] - before))
+    assert found[1] / found[0] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize(('cause', 'errors'), [
+    (None, set()), (Cause('speed', 'x'), {'joint_velocity_violation'}),
+    (Cause('position', 'x'), {'joint_position_limits_violation'}),
+    (Cause('collision', 'external torque of x'), {'joint_reflex'}),
+    (Cause('collision', 'contact of x'), {'cartesian_reflex'}),
+    (Cause('injected'), {'joint_reflex'}), (Cause('power'), set())])
+def test_causes_are_errors(cause, errors):
+    """Each cause of a stop is its error of libfranka."""
+    message = errors_of(cause)
+    assert {name for name in message.get_fields_and_field_types() if getattr(message, name)} == (
+        errors)
+
+
+def test_the_mode_follows_the_arm(sim):
+    """IDLE, MOVE, REFLEX, USER_STOPPED, and OTHER without power."""
+    arm = sim.manager.arm
+    assert [robot_mode(arm, moving=moving) for moving in (False, True)] == [1, 2]
+    sim.protective_stop()
+    assert robot_mode(arm, moving=True) == 4
+    arm.emergency_stop()
+    assert robot_mode(arm, moving=False) == 5
+    arm.release_emergency_stop()
+    assert robot_mode(arm, moving=False) == 5
+    assert arm.clear_stop() == ''
+    nodes = Nodes(sim)
+    nodes.trigger(None, 'off', lambda: arm.power_to(type(arm.mode).POWER_OFF))
+    nodes.call('off')
+    assert robot_mode(arm, moving=False) == 0
