@@ -32,8 +32,8 @@ class HardwareSettings(Settings):
         'PLAYING', 'what the program does at the start by which an arm of some vendors takes '
         'commands', read_only=True)
     io: dict[str, str] = parameter(
-        {}, "digital output -> vacuum gripper that it switches; digital input -> "
-        "'GRIPPER/grasping'", read_only=True)
+        {}, 'digital output -> vacuum gripper, or joint of a gripper controller, that it '
+        "switches; digital input -> 'VACUUM_GRIPPER/grasping'", read_only=True)
     gripper: str = parameter(
         '', "node of the hand of a vendor that has one; '' is <ARM>_gripper", read_only=True)
     unlock_delay: float = parameter(

@@ -33,7 +33,7 @@ from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.signal_wiring import wire_signals
+from armsim_ros.sim.grippers.signal_wiring import finger_switches, wire_signals
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
@@ -190,9 +190,10 @@ class RobotNodes:
             node, name, manager, self._loop, lambda: parameters.settings, self._faults, joints)
 
     def wire(self, cups: Mapping[str, VacuumControl]) -> None:
-        """Connect inputs and outputs of the arm with suction cups, as its settings have it."""
+        """Connect inputs and outputs of the arm with grippers, as its settings have it."""
         wires = self._robot.settings.simulation.hardware.io
-        for line in wire_signals(self._manager.arm.signals, wires, cups):
+        fingers = finger_switches(self._manager, self._robot.model) if wires else {}
+        for line in wire_signals(self._manager.arm.signals, wires, cups, fingers):
             self.node.get_logger().warning(line)
 
     def controller_states(self) -> Sequence[tuple[str, str]]:

@@ -139,3 +139,14 @@ def test_no_client_sees_the_drive(sim, drive):
     sim.step(500)
     assert sim.simulation.resting
     assert drive.next_update(sim.simulation.time_ns) > sim.simulation.time_ns
+
+
+def test_a_reset_opens_nothing_and_leaves_the_drive_usable(sim, drive):
+    """The goal ends, the fingers are held where the reset puts them, and goals go on."""
+    goal = drive.send(HandGoal((0.05,), 0.01))
+    sim.step(50)
+    sim.loop.restart('reset')
+    assert goal.status.name == 'ABORTED'
+    sim.step(500)
+    assert drive.width == pytest.approx(0.08, abs=0.001)
+    assert run(sim, drive, HandGoal((0.06,), 0.1)).result.reached_goal

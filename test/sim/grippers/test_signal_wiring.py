@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs and outputs that simulation.yaml wires to suction cups (``hardware.io``)."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from armsim_ros.control.safety.signals import Signals
-from armsim_ros.sim.grippers.signal_wiring import wire_signals
+from armsim_ros.sim.grippers.signal_wiring import finger_switches, wire_signals
+from armsim_ros.stack import ArmSim
+
+HAND = Path(__file__).parents[2] / 'support' / 'robots' / 'hand'
 
 
 class Cup:
@@ -48,4 +52,16 @@ def test_a_wire_that_leads_nowhere_is_a_line(wire):
     line, = wire_signals(Signals(), wire, {'cup': Cup()})
     (signal, target), = wire.items()
     assert f"hardware.io: {signal}: '{target}' cannot be wired" in line
-    assert line.endswith('as CUP: cup')
+    assert 'as CUP: cup;' in line
+
+
+def test_an_output_closes_and_opens_fingers():
+    """The joint goes where the SRDF's states 'closed' and 'open' have it."""
+    sim = ArmSim(HAND)
+    signals = sim.manager.arm.signals
+    fingers = finger_switches(sim.manager, sim.model)
+    assert wire_signals(signals, {'digital_out_16': 'finger_joint1'}, {}, fingers) == []
+    for value, position in ((1.0, 0.0), (0.0, 0.04)):
+        signals.set('digital_out_16', value)
+        sim.run_until(sim.time + 1.0)
+        assert sim.joint_positions['finger_joint1'] == pytest.approx(position, abs=1e-3)
