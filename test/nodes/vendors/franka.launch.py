@@ -25,9 +25,6 @@ def generate_launch_description():
              parameters=[{'robot_description': ParameterValue(description, value_type=str)}]),
         Node(package='controller_manager', executable='ros2_control_node',
              parameters=[str(HERE / 'franka_controllers.yaml')]),
-        Node(package='joint_state_publisher', executable='joint_state_publisher',
-             parameters=[{'source_list': ['franka/joint_states', 'franka_gripper/joint_states'],
-                          'rate': 30}]),
         Node(package='controller_manager', executable='spawner', arguments=[
             'joint_state_broadcaster', '--controller-ros-args',
             '--remap joint_states:=franka/joint_states']),

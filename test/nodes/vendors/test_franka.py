@@ -69,7 +69,7 @@ def arm():
                     states = {entry.name: entry.state for entry in answer.controller}
                 yield arm
         finally:
-            launch.stop()
+            launch.stop(15.0)  # it gives its programs 5 s until SIGTERM, and 5 s until SIGKILL
 
 
 def test_the_hand_homes_moves_and_grasps(arm):
