@@ -27,6 +27,7 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     # rclpy's own handlers would raise, or shut the context down, in the midst of anything.
     signals = StopSignals()
     rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
+    node: Node | None = None
     try:
         node = Node(name, **options)
         kept = make(node)
@@ -39,5 +40,9 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     except ExternalShutdownException:
         pass
     finally:
+        # A participant that is left to the end of the process may wait there for seconds for a
+        # listener whose thread is gone.
+        if node is not None:
+            node.destroy_node()
         rclpy.try_shutdown()
     return 0
