@@ -34,6 +34,9 @@ class Nodes:
     def trigger(self, _, name, function, done=''):
         self.services[name.removeprefix('~/')] = None, (function, done)
 
+    def once_active(self, controller, node, create):
+        create()
+
     set_payload = ArmNodes.set_payload
 
     def call(self, name, **request):

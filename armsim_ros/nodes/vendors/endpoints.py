@@ -10,10 +10,12 @@ A vendor's table names ``module:function``; the function gets an :class:`ArmNode
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -126,6 +128,17 @@ class ArmNodes:
         done = Future()
         self._waiting.append((condition, done))
         await done
+
+    def once_active(self, controller: Controller[Any], node: Node,
+                    create: Callable[[], object]) -> None:
+        """Have services created at the first activation of a controller, as drivers do."""
+        async def offer() -> None:
+            await self.until(lambda: controller.active)
+            if not self.ending:
+                with suppress(InvalidHandle):  # the controller was unloaded meanwhile
+                    create()
+        assert node.executor is not None
+        node.executor.create_task(offer())
 
     def check_waiting(self) -> None:
         """Resume coroutines whose condition holds; in the publishing thread."""

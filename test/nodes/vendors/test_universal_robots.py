@@ -75,6 +75,7 @@ def stack():
             'armsim_ros', 'launch', str(HERE / 'ur_driver.launch.py'),
             'robot_ip:=192.168.56.101', environment=environment)
         try:
+            launch.wait_for_line(f'active: {SCALED}', 90.0)  # the last
             client = Program([sys.executable, str(HERE / 'ur_client.py')],
                              environment=environment)
             status = client.wait(120.0)
