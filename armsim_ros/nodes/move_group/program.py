@@ -149,7 +149,7 @@ class MoveGroup:
         if self.execution.controllers.active is None:
             for line in coverage_report(robot, settings.moveit_controllers):
                 context.logger.warning(line)
-        ready = context.planning.submit(warm_up)
+        ready = context.planning.submit(warm_up_with_log)
         # As upstream: printed, not logged, so that it is there at every log level.
         ready.add_done_callback(lambda _: print(f'\n{READY}\n', flush=True))
 
@@ -164,9 +164,13 @@ class MoveGroup:
         self._context.node.catch_up()
         self._context.states.update_scene()
 
-    def end(self, sentence: str) -> None:
-        """Cancel what is planned and executed; their clients get the reason."""
-        self._context.ending = sentence
+    def give_up(self) -> None:
+        """Cancel what is planned and executed; their clients get the reason. From any thread."""
+        self._context.ending = 'move_group is shutting down'
+
+    def end(self) -> None:
+        """Give up, and let coroutines see that at once; from the executor's thread."""
+        self.give_up()
         self._context.ticker.wake()
 
     def close(self) -> None:
@@ -176,6 +180,17 @@ class MoveGroup:
         for item in self._endpoints:
             if isinstance(item, OctomapMonitor):
                 item.close()
+
+
+def warm_up_with_log() -> None:
+    """
+    Warm the planner up, and the log.
+
+    A logger looks up its caller among the files of all modules: at first with thousands of system
+    calls, each of which yields to a plan for a millisecond. The planner imports many modules.
+    """
+    warm_up()
+    inspect.getmodule(inspect.currentframe())
 
 
 def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
@@ -268,15 +283,20 @@ class MoveGroupProgram(ExecutorProgram):
         'automatically_declare_parameters_from_overrides': True,
     }
 
+    _move_group: MoveGroup | None = None
+
+    def stop(self) -> None:
+        """End ``run``; a plan ends at once, whatever the executor's thread does."""
+        if self._move_group is not None:
+            self._move_group.give_up()
+        super().stop()
+
     def _serve(
         self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         sys.setswitchinterval(_SWITCH_INTERVAL)
         name_with_dots(node)
-        move_group = MoveGroup(node, executor, self._cell)
-        # A logger looks up its caller among the files of all modules: at first with thousands of
-        # system calls, each of which would yield to a plan for a millisecond.
-        inspect.getmodule(inspect.currentframe())
+        self._move_group = move_group = MoveGroup(node, executor, self._cell)
         afterwards.callback(move_group.close)
         self._spin(executor, node, move_group)
         return 0
@@ -286,26 +306,31 @@ class MoveGroupProgram(ExecutorProgram):
     ) -> None:
         """Run callbacks until a stop is requested, and a little longer if clients wait."""
         pending: set[Future] = set()
-        ending = False
+        ending, ended = False, -_LATE_TIME
 
         def to_end() -> bool:
             return self._stop_wanted() and not ending
 
         def step() -> None:
             """Run a callback, with the newest state and time."""
+            nonlocal ended
             with failures_logged(node):
                 # Always the same arguments: with others, callbacks that are ready would be lost.
                 callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)
                 move_group.catch_up()
                 callback()
-                (pending.discard if callback.done() else pending.add)(callback)
+                if not callback.done():
+                    pending.add(callback)
+                elif callback in pending:
+                    pending.remove(callback)
+                    ended = time.monotonic()
                 callback.result()  # raises what the callback raised
 
         while not self._stop_wanted() and rclpy.ok():
             step()
-        if pending:
+        if pending or time.monotonic() - ended < _LATE_TIME:
             ending = True
-            move_group.end('move_group is shutting down')
+            move_group.end()
             node.create_timer(  # ends each wait
                 _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME)
             )
