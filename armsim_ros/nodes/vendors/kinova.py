@@ -50,7 +50,8 @@ class FaultEndpoints:
     def __init__(self, nodes: ArmNodes, controller: Controller[Any], node: Node) -> None:
         self._nodes, self._controller = nodes, controller
         self._publisher = node.create_publisher(Bool, '~/internal_fault', 1)
-        nodes.service(node, Trigger, '~/reset_fault', self._reset)
+        nodes.once_active(controller, node, lambda: nodes.service(
+            node, Trigger, '~/reset_fault', self._reset))
 
     def publish(self) -> None:
         """Publish whether the arm is stopped."""
