@@ -97,11 +97,11 @@ class StreamedArm:
 
     :param client: the node to use; it stays open.
     :param cell: the files of the robot that runs.
-    :param controller: forward controller; where not given, one that is loaded.
+    :param controller: forward controller; '' takes the first that is loaded.
     :param cameras: camera -> topic of its pictures.
     :param timeout: for the first messages of its topics [s].
     :raises SimulationError: a topic has no message.
-    :raises ControllerError: there is no such controller, or it is not activated.
+    :raises ControllerError: no such controller is loaded, or its activation fails.
     """
 
     def __init__(
@@ -212,8 +212,8 @@ class StreamedArm:
                 and set(state.required_command_interfaces) == wanted]
         if (name and name not in fits) or not fits:
             raise ControllerError(
-                (f"'{name}' is not a loaded controller" if name else 'no loaded controller is one')
-                + f' that forwards positions of {", ".join(self.joints)}; loaded: '
+                (f"'{name}' does not forward" if name else 'no loaded controller forwards')
+                + f' positions of {", ".join(self.joints)}; loaded: '
                 f"{', '.join(loaded)}; add a position_controllers/JointGroupPositionController "
                 "to the robot's files, as docs/streaming.md does")
         chosen = name or fits[0]
