@@ -124,6 +124,20 @@ class ControllerContext:
     obstacle: Callable[[], str] = lambda: ''
 
 
+class ClaimsNothing:
+    """The part of a controller that neither claims nor needs interfaces."""
+
+    @property
+    def required_command_interfaces(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def required_state_interfaces(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+
 class Controller(ABC, Generic[ParametersT]):
     """
     A controller.

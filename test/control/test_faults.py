@@ -20,7 +20,7 @@ def faulty(rig):
     """Return a rig whose commands pass through a fault injector, and the injector."""
     r = rig()
     faults = FaultInjector(r.hardware)
-    manager = ControllerManager(faults, ControllerManagerParameters(), r.manager._context.model)
+    manager = ControllerManager(faults, ControllerManagerParameters(), r.manager.context.model)
     r.manager = manager
     through = FaultyControllers([manager], faults)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import ControllerParameters, Settings
 from armsim_ros.control.arm_dynamics import ArmDynamics
-from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
+from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.mailbox import Mailbox
@@ -27,7 +27,7 @@ ACCELERATION = 10.0
 DAMPING = 0.02
 
 
-class TwistDrive(Controller[ControllerParameters]):
+class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
     """Moves the tool of an arm by twists in its own frame; a device of a controller manager."""
 
     parameters_class: ClassVar[type[Settings]] = ControllerParameters
@@ -76,16 +76,6 @@ class TwistDrive(Controller[ControllerParameters]):
     def moves_arm(self) -> bool:
         """True: it stops when the arm does."""
         return True
-
-    @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None: a device claims nothing."""
-        return ()
-
-    @property
-    def required_state_interfaces(self) -> tuple[str, ...]:
-        """None that have to be there."""
-        return ()
 
     def receive(self, twist: Vector) -> None:
         """Take a twist of the tool (6,), linear above angular; any thread [m/s, rad/s]."""

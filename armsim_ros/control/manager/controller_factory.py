@@ -42,7 +42,12 @@ from armsim_ros.control.compliance.net_force_controllers import (
     CartesianForceController,
     CartesianMotionController,
 )
-from armsim_ros.control.controller import Controller, ControllerContext, describe
+from armsim_ros.control.controller import (
+    ClaimsNothing,
+    Controller,
+    ControllerContext,
+    describe,
+)
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
@@ -54,25 +59,10 @@ from armsim_ros.control.trajectory.joint_trajectory_controller import (
 from armsim_ros.errors import ControllerError, nearest
 
 
-class StandInController(Controller[StandInParameters]):
+class StandInController(ClaimsNothing, Controller[StandInParameters]):
     """Claims nothing and commands nothing; its life cycle is that of any controller."""
 
     parameters_class: ClassVar[type[Settings]] = StandInParameters
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None: nothing is commanded."""
-        return ()
-
-    @property
-    def required_state_interfaces(self) -> tuple[str, ...]:
-        """None: nothing is read."""
-        return ()
 
     def configure(self) -> None:
         """Do nothing."""

@@ -86,16 +86,16 @@ class ControllerManager:
         self.events = EventQueue('controller_manager')
         self.resources = Resources(hardware, model, parameters, self.events)
         self._wake: Callable[[], object] = lambda: None
-        self._context = ControllerContext(
+        self.context = ControllerContext(
             hardware, model, parameters.update_rate, lambda: self._wake(), self._obstacle)
         self._switches = SwitchExecution(self.resources, parameters, self.events)
         self._changes = 0
         self._tick = 0
         self._resumed = False
         self._structure = threading.RLock()
-        self._requests: Mailbox[SwitchRequest] = Mailbox(self._context.wake)
+        self._requests: Mailbox[SwitchRequest] = Mailbox(self.context.wake)
         self._failures: dict[str, Exception] = {}
-        self.stops = ArmStop(arm(self.events, self._context.wake), model, self.resources,
+        self.stops = ArmStop(arm(self.events, self.context.wake), model, self.resources,
                              self._switches, self._requests.post)
         self._ahead = UpdatesAhead((), 0, 0, 0.0)
         limited = parameters.enforce_command_limits
@@ -105,11 +105,6 @@ class ControllerManager:
     def generation(self) -> int:
         """Count of all changes of a controller's or the hardware's state."""
         return self._changes + self._switches.generation
-
-    @property
-    def context(self) -> ControllerContext:
-        """What controllers get."""
-        return self._context
 
     def attach(self, device: Controller[Any]) -> None:
         """
@@ -135,7 +130,7 @@ class ControllerManager:
             if settings.name in self.controllers:
                 raise ControllerError(f"a controller '{settings.name}' is loaded already")
             controller = create_controller(
-                settings.name, settings.type, settings.parameters, self._context
+                settings.name, settings.type, settings.parameters, self.context
             )
             controller.fallback_controllers = fallbacks_of(
                 settings.name, self.parameters, fallback_controllers)

@@ -121,7 +121,7 @@ def test_joints_without_urdf_are_left_out(rig):
     """M2: use_urdf_to_filter leaves joints out that the URDF does not have."""
     for parameters, names in (({}, ('a',)), ({'use_urdf_to_filter': False}, ('a', 'b'))):
         r = rig()
-        del r.manager._context.model.joints['b']
+        del r.manager.context.model.joints['b']
         states = broadcaster(r, **parameters)
         r.step()
         assert samples(states)[0].names == names
