@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+import math
 import threading
 import time
 from typing import Any
@@ -52,6 +53,7 @@ class LatestMessage:
         self._client, self._topic, self._remedy = client, topic, remedy
         self._message: Any = None
         self._is_new = False
+        self._received = -math.inf
         self._condition = threading.Condition()
         self._subscription = client.node.create_subscription(kind, topic, self._receive, 1)
 
@@ -71,6 +73,11 @@ class LatestMessage:
             self._is_new = False
             return message
 
+    @property
+    def age(self) -> float:
+        """How long ago the last message came [s]; infinite before the first."""
+        return time.monotonic() - self._received
+
     def close(self) -> None:
         """Unsubscribe."""
         self._client.in_executor(
@@ -79,6 +86,7 @@ class LatestMessage:
     def _receive(self, message: Any) -> None:
         with self._condition:
             self._message, self._is_new = message, True
+            self._received = time.monotonic()
             self._condition.notify_all()
 
     def _awaited(self, condition: Callable[[], bool], timeout: float) -> Any:

@@ -79,7 +79,11 @@ class ArmsimCamera(Camera):
             raise TimeoutError(str(error)) from None
 
     def read_latest(self, max_age_ms: int = 500) -> NDArray[np.uint8]:
-        """Return the last picture."""
+        """Return the last picture; TimeoutError where none came for so long."""
+        age = self._connected.age
+        if age * 1000.0 > max_age_ms:
+            raise TimeoutError(f"the last picture on '{self.config.topic}' is {age:.1f} s old, "
+                               f'not {max_age_ms} ms at most; does its camera still run?')
         return self.read()
 
     def disconnect(self) -> None:

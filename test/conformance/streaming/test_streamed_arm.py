@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+import math
 
 import numpy as np
 import pytest
@@ -54,11 +55,10 @@ def test_it_moves_joints_and_hand_and_gives_them_back(arm: Streamed, cell: Cell)
 
 def test_what_is_missing_is_named(arm: Streamed, cell: Cell) -> None:
     """A topic without messages, and a controller that does not forward the joints' positions."""
-    with (
-        closing(LatestMessage(arm.client, JointState, '/nowhere/states', 'start it')) as topic,
-        pytest.raises(SimulationError, match=r"'/nowhere/states' within 0.1 s; start it"),
-    ):
-        topic.get(0.1)
+    with closing(LatestMessage(arm.client, JointState, '/nowhere/states', 'start it')) as topic:
+        with pytest.raises(SimulationError, match=r"'/nowhere/states' within 0.1 s; start it"):
+            topic.get(0.1)
+        assert topic.age == math.inf
     with pytest.raises(ControllerError, match=r'velocity_stream.*joint_6.*position_stream'):
         StreamedArm(arm.client, cell, controller='velocity_stream')
     assert active(arm) == {ARM}
