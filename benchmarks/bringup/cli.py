@@ -51,11 +51,13 @@ def main(options: Options) -> None:
         if real is not None:
             theirs = {**environment_for_real_ros2(), **domain}
             programs["upstream's "] = ([str(real)], theirs)
-            subprocess.run([real, 'daemon', 'start'], env=theirs, stdout=subprocess.DEVNULL)
+            subprocess.run([real, 'daemon', 'start'], env=theirs, check=True,
+                           stdout=subprocess.DEVNULL)
         rows = [(f'ros2 {line}', *(cell for times in measure(line, programs, options.runs)
                                    for cell in cells(times))) for line in lines]
         if real is not None:
-            subprocess.run([real, 'daemon', 'stop'], env=theirs, stdout=subprocess.DEVNULL)
+            subprocess.run([real, 'daemon', 'stop'], env=theirs, check=True,
+                           stdout=subprocess.DEVNULL)
     head = (f'{name}{figure}' for name in programs for figure in (
         'CPU median s', 'wall median s', 'CPU worst s'))
     Table(f'The ros2 command, {options.runs} runs each', ('command', *head), rows).print()

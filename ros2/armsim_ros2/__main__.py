@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``python -m armsim_ros2``: the ``ros2`` command."""
 
-import sys
-
 from armsim_ros2.main import main
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -12,9 +12,11 @@ from typing import Any
 _PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 #: How often the graph is read [s].
 _PERIOD = 0.02
-#: Discovery is complete when nothing new has come for so many periods. Programs of other machines
-#: announce themselves again after 0.3 s if their first answer was lost.
-_QUIET, _QUIET_SUBNET = 5, 16
+#: Discovery is complete when nothing new has come for so many periods.
+_QUIET = 5
+#: Fewest periods where programs of other machines are discovered: they announce themselves again
+#: after 0.3 s if their first answer was lost.
+_LEAST_SUBNET = 16
 #: How many periods more discovery may take while programs are known to be missing: the middleware
 #: sends again every second what was lost.
 _LATE = 60
@@ -47,11 +49,11 @@ def settle(node: Any, spin_time: float) -> None:
     :param spin_time: longest time [s].
     """
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
-    enough = _QUIET if local else _QUIET_SUBNET
-    most = round(spin_time / _PERIOD)
+    least, most = 0 if local else _LEAST_SUBNET, round(spin_time / _PERIOD)
     last, quiet = _sizes(node), 0
     for period in range(most + _LATE):
-        if (quiet >= enough or period >= most) and _is_complete(node):
+        enough = quiet >= _QUIET and period >= least
+        if (enough or period >= most) and _is_complete(node):
             return
         time.sleep(_PERIOD)
         sizes = _sizes(node)

@@ -61,7 +61,7 @@ class Node:
 @pytest.fixture
 def settled(monkeypatch):
     """Give a function that settles on views of a graph and returns the number of periods."""
-    def run(*views, programs=2):
+    def run(*views, programs=2, range_='LOCALHOST'):
         node = Node(views)
 
         def sleep(seconds):
@@ -69,7 +69,7 @@ def settled(monkeypatch):
 
         monkeypatch.setattr(discovery.time, 'sleep', sleep)
         monkeypatch.setattr(discovery, 'local_programs', lambda domain: programs)
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', range_)
         discovery.settle(node, 0.5)
         return node.periods
 
@@ -80,6 +80,12 @@ def test_a_known_graph_is_complete_when_it_is_quiet(settled):
     """Nothing new for five periods of 20 ms."""
     assert settled((2, 2, ['/a'], ())) == 5
     assert settled((1, 1, [], ()), (1, 2, [], ()), (2, 3, ['/a'], ())) == 2 + 5
+
+
+def test_programs_of_other_machines_have_time_to_announce_themselves_again(settled):
+    """Sixteen periods of 20 ms where they are discovered, which may be quiet ones."""
+    assert settled((2, 2, ['/a'], ()), range_='SUBNET') == 16
+    assert settled(*[(1, 1, [], ())] * 14, (2, 2, ['/a'], ()), range_='SUBNET') == 14 + 5
 
 
 def test_programs_of_this_machine_are_waited_for(settled):
