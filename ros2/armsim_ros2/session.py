@@ -157,9 +157,9 @@ class Session:
 
         :param kind: topic, service or action.
         """
-        from rclpy.action import get_action_names_and_types
-
         if kind == 'action':
+            from rclpy.action import get_action_names_and_types
+
             return visible(get_action_names_and_types(self.node), hidden)
         return visible(getattr(self.node, f'get_{kind}_names_and_types')(), hidden)
 

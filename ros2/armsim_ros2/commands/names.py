@@ -35,6 +35,8 @@ def print_names(names: Mapping[str, list[str]], options: Namespace) -> None:
 def list_verb(kind: str) -> Verb:
     """Return the verb that lists all names of a kind."""
     def run(session: Session, options: Namespace) -> None:
+        # What this imports is there once discovery is complete.
+        session.names(kind)
         session.settle()
         print_names(session.names(kind, options.hidden), options)
 
@@ -58,6 +60,7 @@ def find_verb(kind: str, example: str) -> Verb:
     :param example: of a type, for the help.
     """
     def run(session: Session, options: Namespace) -> None:
+        session.names(kind)
         session.settle()
         print_names({name: types for name, types in session.names(kind, options.hidden).items()
                      if options.wanted in types}, options)
