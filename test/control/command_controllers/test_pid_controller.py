@@ -70,6 +70,21 @@ def test_first_setpoint(loop):
     np.testing.assert_allclose(made.hardware.state.position, [0.1, 0.0], atol=1e-3)
 
 
+def test_the_first_setpoint_is_at_rest(loop):
+    """
+    The first reference of a velocity is 0, whatever the joint's velocity at the activation.
+
+    pid_controller/src/pid_controller.cpp: PidController::on_activate takes the measured velocity.
+    """
+    made, controller = loop(reference_and_state_interfaces=['position', 'velocity'])
+    assert made.manager.switch(deactivate=['loop']).ok
+    made.hardware.state.position[:] = [0.1, 0.2]
+    made.hardware.state.velocity[:] = 0.5
+    assert made.manager.switch(activate=['loop']).ok
+    made.step()
+    np.testing.assert_allclose(controller.snapshot().reference, [[0.1, 0.2], [0.0, 0.0]])
+
+
 def test_derivative_of_the_error(loop):
     """With two interfaces the derivative comes from them, with one from the error."""
     for interfaces in (['position'], ['position', 'velocity']):
