@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of Cartesian paths."""
 
+from itertools import pairwise
 import math
 
 import numpy as np
 import pytest
 
 from armsim_ros.model.transforms import pose_matrix, rotation_angle
+from armsim_ros.planning.cartesian.curves import Line
 from armsim_ros.planning.request import CartesianRequest, Constraints, JointConstraint
 from armsim_ros.planning.scene.update import StartState
 
@@ -77,6 +79,24 @@ def test_rotation_is_even(scene, tool, six, plan_for):
         assert rotation_angle(tool, here) + rotation_angle(here, goal) == pytest.approx(
             turn, abs=0.011)
         assert np.linalg.norm(here[:3, 3] - tool[:3, 3]) < 1.5e-3
+
+
+@pytest.mark.parametrize(('xyz', 'rpy'), [
+    ((0.0, 0.0, 0.0), (0.9, -1.2, 0.6)), ((0.0, 0.2, 0.0), (0.0, 0.0, 0.0)),
+    ((-0.05, 0.1, 0.0), (0.3, 0.3, -0.5))])
+def test_the_middle_of_a_step_is_on_the_path(scene, tool, six, plan_for, xyz, rpy):
+    """SRV-32: the joints' middle between two points is within 1 mm and 0.01 rad of the path."""
+    goal = moved(tool, xyz, rpy)
+    path = Line(tool, goal)
+    response = plan_for(scene).cartesian_path(CartesianRequest('arm', (goal,), 10.0), scene)
+    points = states(response, six)
+    assert np.allclose(six.link_pose(points[-1], 'tool'), goal, atol=1e-5)
+    for q in (0.5 * (a + b) for a, b in pairwise(points)):
+        here = six.link_pose(q, 'tool')
+        assert min(
+            max(np.linalg.norm(here[:3, 3] - wanted[:3, 3]) / 1.1e-3,
+                rotation_angle(here, wanted) / 1.1e-2)
+            for wanted in map(path.pose, np.linspace(0.0, 1.0, 2000))) < 1.0
 
 
 def test_several_waypoints(scene, tool, six, plan_for):

@@ -268,10 +268,11 @@ def test_circ_about_a_center(bench: Any) -> None:
 
 
 def test_unreachable_goal(bench: Any) -> None:
-    """PLZ-3: a pose out of reach is -31."""
-    assert bench.run('LIN', bench.at(bench.moved(5.0, 0.0, 0.0))).error_code == (
-        MoveItErrorCode.NO_IK_SOLUTION
-    )
+    """PLZ-3: a pose out of reach is -31, and the message names link and position."""
+    goal = bench.moved(5.0, 0.0, 0.0)
+    answer = bench.run('LIN', bench.at(goal))
+    assert answer.error_code == MoveItErrorCode.NO_IK_SOLUTION
+    assert f"put 'tool0' at {np.round(goal[:3, 3], 4).tolist()} m" in answer.message
 
 
 def test_too_fast_for_a_joint(bench: Any) -> None:
