@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -23,6 +24,10 @@ DEEPEST = 6
 MOST_FOLDERS = 20_000
 #: Around a package that lies in no workspace: as deep as a repository beside it has packages.
 NEIGHBOUR_DEPTH = 3
+#: Where an installation lists its packages, below the prefix.
+MARKERS = Path('share', 'ament_index', 'resource_index', 'packages')
+#: A file in the prefix of links that a launch makes.
+LINKS_MARK = '.armsim_sources'
 _SKIPPED = frozenset({'build', 'node_modules', '__pycache__'})
 _COMMENT = re.compile(rb'<!--.*?-->', re.DOTALL)
 _NAME = re.compile(rb'<name>\s*([^<\s]+)\s*</name>')
@@ -213,11 +218,27 @@ class Packages:
         for tree in self._source_trees():
             found = {**self._read(tree), **found}
         for share in self._shares():
-            index = share / 'ament_index' / 'resource_index' / 'packages'
+            index = share.parent / MARKERS
             for marker in sorted(index.iterdir()) if index.is_dir() else ():
                 if (share / marker.name).is_dir():
                     found.setdefault(marker.name, share / marker.name)
         return found
+
+    def link_sources(self, prefix: Path) -> None:
+        """
+        Make an installation of links to the packages in sources.
+
+        Programs that look packages up in the ament index find them there.
+
+        :param prefix: an empty folder.
+        """
+        (prefix / MARKERS).mkdir(parents=True)
+        (prefix / LINKS_MARK).touch()
+        for name, folder in self.names().items():
+            if folder.parent.name != 'share':
+                with suppress(ResourceError):  # who needs the package is told why
+                    (prefix / 'share' / name).symlink_to(self.find(name) or folder)
+                    (prefix / MARKERS / name).touch()
 
     def _candidates(self, name: str) -> Iterator[Path]:
         for folder in self.path:
@@ -234,9 +255,8 @@ class Packages:
             yield from _installed(workspace / 'install', name)
         for tree in self._neighbours():
             yield from self._in_tree(tree, name)
-        for prefix in _prefixes():
-            marker = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / name
-            if marker.is_file() and (prefix / 'share' / name).is_dir():
+        for prefix in sourced_prefixes():
+            if (prefix / MARKERS / name).is_file() and (prefix / 'share' / name).is_dir():
                 yield prefix / 'share' / name
         own = Path(sys.prefix, 'share', name)
         if own.is_dir():
@@ -289,7 +309,7 @@ class Packages:
                 *self._neighbours()]
 
     def _shares(self) -> list[Path]:
-        return [*(prefix / 'share' for prefix in _prefixes()), Path(sys.prefix, 'share')]
+        return [*(prefix / 'share' for prefix in sourced_prefixes()), Path(sys.prefix, 'share')]
 
     def _places(self, name: str) -> list[Path]:
         """Return the places that were searched for a missing package."""
@@ -304,9 +324,10 @@ def split_path(text: str) -> tuple[Path, ...]:
     return tuple(Path(part).expanduser() for part in text.split(os.pathsep) if part)
 
 
-def _prefixes() -> list[Path]:
+def sourced_prefixes() -> list[Path]:
+    """Return the installations in ``AMENT_PREFIX_PATH``, without the links of a launch."""
     return [Path(prefix) for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-            if prefix]
+            if prefix and not Path(prefix, LINKS_MARK).is_file()]
 
 
 def _of_this_name(folder: Path, name: str) -> Iterator[Path]:

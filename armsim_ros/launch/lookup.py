@@ -13,11 +13,13 @@ import os
 from pathlib import Path
 import re
 import sys
+from tempfile import TemporaryDirectory
 
+from armsim_ros.cli.environment import add_own_prefix, AMENT_PREFIX_PATH
 from armsim_ros.errors import ResourceError
 from armsim_ros.install_rules.view import installed_programs
 from armsim_ros.launch.failures import MissingPackageError
-from armsim_ros.packages import package_name, Packages
+from armsim_ros.packages import package_name, Packages, sourced_prefixes
 
 #: ``ament_python_install_package(NAME [PACKAGE_DIR folder])`` of a CMakeLists.txt.
 _CMAKE = re.compile(r'ament_python_install_(?:package|module)\(\s*([^\s)]+)'
@@ -178,9 +180,7 @@ class Lookup:
     def installed(self, package: str, name: str) -> Path | None:
         """Return the executable file of a program of a package that is built, else None."""
         found = self.packages.find(package)
-        prefixes = [Path(folder)
-                    for folder in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-                    if folder]
+        prefixes = sourced_prefixes()
         if found is not None and found.parent.name == 'share':
             prefixes.insert(0, found.parent.parent)
         for prefix in (*prefixes, Path(sys.prefix)):
@@ -272,11 +272,24 @@ def current_lookup() -> Lookup:
 
 @contextmanager
 def looking_with(lookup: Lookup) -> Iterator[Lookup]:
-    """Have launch files that are evaluated inside use this lookup."""
+    """
+    Have launch files that are evaluated inside use this lookup.
+
+    The programs that they start find the packages in sources through the ament index.
+    """
     token = _CURRENT.set(lookup)
+    before = os.environ.get(AMENT_PREFIX_PATH)
     try:
-        yield lookup
+        with TemporaryDirectory(prefix='armsim_sources_') as prefix:
+            lookup.packages.link_sources(Path(prefix))
+            os.environ[AMENT_PREFIX_PATH] = os.pathsep.join(filter(None, (prefix, before)))
+            add_own_prefix()
+            yield lookup
     finally:
+        if before is None:
+            del os.environ[AMENT_PREFIX_PATH]
+        else:
+            os.environ[AMENT_PREFIX_PATH] = before
         _CURRENT.reset(token)
 
 

@@ -12,6 +12,7 @@ import sys
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.evaluation import Launch, parse_words, USAGE
 from armsim_ros.launch.overlay import environment_with, overlay_folder, write_overlay
+from armsim_ros.packages import MARKERS, sourced_prefixes
 
 #: What a sourced installation of Jazzy sets.
 ROS_VARIABLES = {'ROS_DISTRO': 'jazzy', 'ROS_VERSION': '2', 'ROS_PYTHON_VERSION': '3'}
@@ -63,9 +64,8 @@ def _complete_environment(environment: MutableMapping[str, str]) -> None:
 
 def _real_ros2() -> str:
     """Return ``ros2`` of a sourced ROS installation with launch, '' if there is none."""
-    for entry in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep):
-        marker = Path(entry, 'share/ament_index/resource_index/packages/ros2launch')
-        program = Path(entry, 'bin', 'ros2')
-        if entry and marker.is_file() and os.access(program, os.X_OK):
+    for prefix in sourced_prefixes():
+        program = prefix / 'bin' / 'ros2'
+        if (prefix / MARKERS / 'ros2launch').is_file() and os.access(program, os.X_OK):
             return str(program)
     return ''

@@ -20,6 +20,7 @@ import sys
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.cli.environment import child_environment, program_command
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.packages import MARKERS, sourced_prefixes
 
 USAGE = """usage: . $(armsim overlay)         use this package in this shell; source ROS first
        armsim overlay --check FILE [NAME:=VALUE ...]
@@ -34,7 +35,6 @@ PROGRAMS: Mapping[str, Mapping[str, str]] = {
         'hardware_spawner': 'hardware_spawner'},
     'moveit_ros_move_group': {'move_group': 'move_group'},
 }
-_MARKERS = Path('share', 'ament_index', 'resource_index', 'packages')
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,8 +78,8 @@ def write_overlay(folder: Path) -> Path:
         shutil.rmtree(folder)
     for package, programs in PROGRAMS.items():
         upstream = next((prefix for prefix in _prefixes(folder)
-                         if (prefix / _MARKERS / package).is_file()), None)
-        marker = folder / _MARKERS / package
+                         if (prefix / MARKERS / package).is_file()), None)
+        marker = folder / MARKERS / package
         marker.parent.mkdir(parents=True, exist_ok=True)
         marker.write_text('')
         share = folder / 'share' / package
@@ -122,8 +122,7 @@ def _write_programs(folder: Path, programs: Mapping[str, str], upstream: Path | 
 
 
 def _prefixes(without: Path | None) -> list[Path]:
-    return [Path(prefix) for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-            if prefix and (without is None or Path(prefix) != without)]
+    return [prefix for prefix in sourced_prefixes() if prefix != without]
 
 
 def _check(words: Sequence[str]) -> int:

@@ -190,3 +190,47 @@ def test_ros2_run_starts_a_program_of_a_source_package(package):
                         environment=os.environ | {'PATH': os.defpath}) as program:
         assert program.wait(60.0) == 0
     assert 'ran word' in program.text
+
+
+def test_programs_of_sources_find_packages_in_the_ament_index(package):
+    """
+    A program finds its package's data as after a build, and so do programs of the launch file.
+
+    What its build installs elsewhere is there, too; the environment names no installation.
+    """
+    nodes = package('nodes', config__a_dot_yaml='a: 1')
+    (nodes / 'setup.py').write_text(SETUP.replace(
+        "['package.xml'])]", "['package.xml']), ('share/other_name/settings', ['config/a.yaml'])]"
+    ).replace('other_name', 'nodes'))
+    (nodes / 'nodes').mkdir()
+    (nodes / 'nodes' / '__init__.py').touch()
+    (nodes / 'nodes' / 'program.py').write_text(dedent("""
+        from pathlib import Path
+
+        from ament_index_python.packages import get_package_share_directory
+
+        def main():
+            print(Path(get_package_share_directory('nodes'), 'settings', 'a.yaml').read_text())
+            print(Path(get_package_share_directory('std_msgs'), 'package.xml').is_file())
+        """))
+    (nodes / 'arm.xacro').write_text(
+        '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="$(find nodes)"/>')
+    file = nodes / 'it.launch.py'
+    file.write_text(dedent("""
+        import subprocess
+
+        from launch import LaunchDescription
+        from launch_ros.actions import Node
+
+        def generate_launch_description():
+            print(subprocess.check_output(['xacro', 'arm.xacro'], cwd=__file__.rpartition('/')[0],
+                                          text=True))
+            return LaunchDescription([Node(package='nodes', executable='plain')])
+        """))
+    environment = {name: value for name, value in os.environ.items()
+                   if name != 'AMENT_PREFIX_PATH'}
+    with Program.module('armsim_ros', 'launch', str(file), environment=environment) as program:
+        assert program.wait(60.0) == 0
+    assert 'share/nodes"/>' in program.text
+    assert '[plain-1] a: 1' in program.text
+    assert '[plain-1] True' in program.text

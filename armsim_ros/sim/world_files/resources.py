@@ -23,7 +23,7 @@ from armsim_ros.model.description.xml_tree import LARGEST_TEXT
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.mesh.meshes import load_mesh
 from armsim_ros.model.world_objects import object_from_settings, world_objects, WorldObject
-from armsim_ros.packages import Packages
+from armsim_ros.packages import Packages, sourced_prefixes
 from armsim_ros.resources import check_inside, PACKAGE, resolve_uri, share_folder
 from armsim_ros.sim.world_files.loaded import Fault, LoadedObject, LoadedWorld, ResourceFaultError
 from armsim_ros.sim.world_files.mjcf import mjcf_object, mjcf_world
@@ -59,9 +59,7 @@ class WorldResources:
     def __init__(self, folders: Iterable[Path] = (), packages: Packages | None = None) -> None:
         self._packages = packages or Packages()
         self.folders = tuple(Path(os.path.abspath(folder)) for folder in folders)
-        installed = [Path(folder) / 'share' for folder in
-                     [*os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
-                     if folder]
+        installed = [prefix / 'share' for prefix in (*sourced_prefixes(), Path(sys.prefix))]
         self._allowed = (*self.folders, share_folder(PACKAGE), *installed)
 
     def object(self, uri: str, text: str, name: str) -> LoadedObject:

@@ -126,6 +126,15 @@ def test_a_type_that_nobody_has_here_only_warns(small_package):
     assert [one.where.line for one in strict.problems if one.severity is Severity.ERROR] == [12]
 
 
+def test_other_nodes_may_have_parameters_in_the_file_of_controllers(small_package):
+    """A block without a type is a controller's if it names joints or interfaces."""
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'bus_driver:\n  ros__parameters: {retries: 5}\n'
+        'typeless:\n  ros__parameters: {joints: [grip]}\n'))
+    assert [text for text in said(survey(small_package)) if 'has no type' in text] == [
+        "controller 'typeless' has no type"]
+
+
 def test_unknown_keys_are_left_out_with_a_warning(small_package):
     """What the original does not know it does not read."""
     small_package.write('config/kinematics.yaml', 'arm: {kinematics_solver: a/B, drot: 1}\n')

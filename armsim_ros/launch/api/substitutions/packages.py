@@ -18,6 +18,7 @@ from armsim_ros.launch.api.utilities import (
 )
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import current_lookup, NOWHERE
+from armsim_ros.packages import sourced_prefixes
 
 
 def get_package_share_directory(package_name: Any, print_warning: bool = True) -> str:
@@ -49,8 +50,7 @@ def get_packages_with_prefixes() -> dict[str, str]:
 
 def get_search_paths() -> list[str]:
     """Return the prefixes that packages are installed under."""
-    return [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
-            if prefix and os.path.isdir(prefix)]
+    return [str(prefix) for prefix in sourced_prefixes() if prefix.is_dir()]
 
 
 def has_resource(resource_type: str, resource_name: str) -> str | bool:
