@@ -236,7 +236,7 @@ class Packages:
         (prefix / LINKS_MARK).touch()
         for name, folder in self.names().items():
             if folder.parent.name != 'share':
-                with suppress(ResourceError):  # who needs the package is told why
+                with suppress(ResourceError):  # the reason is in the error of its first use
                     (prefix / 'share' / name).symlink_to(self.find(name) or folder)
                     (prefix / MARKERS / name).touch()
 

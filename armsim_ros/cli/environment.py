@@ -117,7 +117,7 @@ def die_with_parent(*, holds_sigint: bool = True) -> Callable[[], None]:
     Return what runs in the child before the program: a tie to this process's life.
 
     :param holds_sigint: for programs of this package: SIGINT waits until they can end without a
-        traceback (``armsim_ros.cli.main.run``).
+        traceback (``armsim_ros.cli.main.start_program``).
     """
     libc = ctypes.CDLL(None, use_errno=True)
     parent = os.getpid()

@@ -53,17 +53,18 @@ def main(argv: Sequence[str] | None = None) -> int:
             hint = f"the command is '{command}'"
         _print(f"armsim: unknown program '{name}'; {hint}", sys.stderr)
         return USAGE_STATUS
-    return run(name, rest)
+    return start_program(name, rest)
 
 
-def run(program: str, argv: Sequence[str] | None = None) -> int:
+def start_program(program: str, argv: Sequence[str] | None = None) -> int:
     """
     Run a program: import it, call its ``main``, turn what it raises into an exit status.
 
     :param program: a name of ``PROGRAMS``.
     :param argv: the words after the program's name; those of this process where None.
     :returns: 0, or 2 after a user's error, or 128 and a signal's number after a program that
-        the program did not handle (0 of bringup), or the program's status.
+        the program did not handle (0 of bringup; SIGPIPE where the output is no longer read),
+        or the program's status.
     """
     words = [*(sys.argv[1:] if argv is None else argv)]
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
@@ -92,7 +93,12 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
             # The others import more before they take the signals over themselves.
             for number, handler in usual.items():
                 signal.signal(number, handler)
-        return int(start(words))
+        ended = int(start(words))
+        sys.stdout.flush()
+        return ended
+    except BrokenPipeError:
+        _stop_printing()
+        return 128 + signal.SIGPIPE
     except ArmsimError as error:
         _print(f'{program}: {error}', sys.stderr)
         return USAGE_STATUS
@@ -124,34 +130,35 @@ def run(program: str, argv: Sequence[str] | None = None) -> int:
 
 
 # The entry points of setup.py; colcon makes an executable of each.
-bringup = partial(run, 'bringup')
-simulation = partial(run, 'simulation')
-move_group = partial(run, 'move_group')
-camera = partial(run, 'camera')
-servo_node = partial(run, 'servo_node')
-servo_node_main = partial(run, 'servo_node_main')
-spawner = partial(run, 'spawner')
-unspawner = partial(run, 'unspawner')
-hardware_spawner = partial(run, 'hardware_spawner')
-web = partial(run, 'web')
-bridge = partial(run, 'bridge')
-go = partial(run, 'go')
-state = partial(run, 'state')
-stop = partial(run, 'stop')
-plot = partial(run, 'plot')
-check_config = partial(run, 'check_config')
-migrate = partial(run, 'migrate')
-generate_config = partial(run, 'generate_config')
-copy = partial(run, 'copy')
-completion = partial(run, 'completion')
-launch = partial(run, 'launch')
-original = partial(run, 'original')
-overlay = partial(run, 'overlay')
-collect = partial(run, 'collect')
-evaluate = partial(run, 'evaluate')
-dataset = partial(run, 'dataset')
-replay = partial(run, 'replay')
-list = partial(run, 'list')  # noqa: A001 - entry points have the names of their programs
+bringup = partial(start_program, 'bringup')
+simulation = partial(start_program, 'simulation')
+move_group = partial(start_program, 'move_group')
+camera = partial(start_program, 'camera')
+servo_node = partial(start_program, 'servo_node')
+servo_node_main = partial(start_program, 'servo_node_main')
+spawner = partial(start_program, 'spawner')
+unspawner = partial(start_program, 'unspawner')
+hardware_spawner = partial(start_program, 'hardware_spawner')
+web = partial(start_program, 'web')
+bridge = partial(start_program, 'bridge')
+go = partial(start_program, 'go')
+state = partial(start_program, 'state')
+stop = partial(start_program, 'stop')
+plot = partial(start_program, 'plot')
+check_config = partial(start_program, 'check_config')
+migrate = partial(start_program, 'migrate')
+generate_config = partial(start_program, 'generate_config')
+copy = partial(start_program, 'copy')
+completion = partial(start_program, 'completion')
+launch = partial(start_program, 'launch')
+run = partial(start_program, 'run')
+original = partial(start_program, 'original')
+overlay = partial(start_program, 'overlay')
+collect = partial(start_program, 'collect')
+evaluate = partial(start_program, 'evaluate')
+dataset = partial(start_program, 'dataset')
+replay = partial(start_program, 'replay')
+list = partial(start_program, 'list')  # noqa: A001 - entry points have the names of their programs
 
 
 def _say_xacro_help(program: str, words: Sequence[str]) -> int:
@@ -199,5 +206,9 @@ def _print(text: str, stream: TextIO | None = None) -> None:
     try:
         print(text, file=stream or sys.stdout, flush=True)
     except BrokenPipeError:
-        # The reader has seen enough; keep the interpreter from trying again at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _stop_printing()
+
+
+def _stop_printing() -> None:
+    """Drop what is still buffered: the reader, such as head, has seen enough."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

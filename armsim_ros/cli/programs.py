@@ -52,6 +52,7 @@ LEARNING_PROGRAMS = {
 #: Those that run a user's launch files.
 LAUNCH_PROGRAMS = {
     'launch': "run a launch file unchanged, with this package's programs in place of upstream's",
+    'run': 'start a program of a package, in the workspace or in place of upstream',
     'overlay': "make a ROS installation's ros2 launch start this package's programs",
     'original': "replace a program of ros2_control or MoveIt, with that program's arguments",
 }
@@ -62,7 +63,7 @@ _MAINS = {
     **{program: f'nodes.robot_program:{name}' for program, name in _SERVERS.items()},
     **{verb: f'nodes.verbs.{verb}:main' for verb in VERBS},
     **{name: f'tools.learning.{name}:main' for name in LEARNING_PROGRAMS},
-    'launch': 'launch.main:main', 'overlay': 'launch.overlay:main',
+    'launch': 'launch.main:main', 'run': 'launch.run:main', 'overlay': 'launch.overlay:main',
     'list': 'tools.list:main', 'copy': 'tools.copy_robot:main',
     'completion': 'tools.completion:main', 'original': 'nodes.upstream.main:main',
     'unspawner': 'nodes.spawner.main:unspawn',

@@ -11,11 +11,8 @@ from contextlib import contextmanager
 import heapq
 import itertools
 import os
-from pathlib import Path
-import shutil
 import signal
 import sys
-import tempfile
 import threading
 import time
 from types import FrameType
@@ -30,7 +27,7 @@ from armsim_ros.launch.failures import (
     MissingPackageError,
     StoppedError,
 )
-from armsim_ros.launch.lookup import current_lookup
+from armsim_ros.launch.kept_files import KeptFiles
 from armsim_ros.launch.process_spec import ProcessSpec, RosNode
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import Runner
@@ -113,6 +110,7 @@ class Engine:
         self.handlers: list[Any] = []
         self.is_dry = runner.is_dry
         self.status = 0
+        self.files = KeptFiles()
         self._runner = runner
         self._report = report
         self._jobs: deque[Callable[[], None]] = deque()
@@ -122,7 +120,6 @@ class Engine:
         self._starts = 0
         self._is_absent = False
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._folder: Path | None = None
         context.engine = self
 
     # What actions request.
@@ -183,26 +180,6 @@ class Engine:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    def keep_text(self, name: str, text: str) -> str:
-        """Write a text into a file that is removed at the end, and return its path."""
-        path = self._kept() / f'{next(self._order)}_{name}'
-        path.write_text(text, encoding='utf-8')
-        return str(path)
-
-    def source_modules(self) -> str:
-        """Return a folder with links to the Python modules in the sources of all packages."""
-        folder = self._kept() / 'python'
-        if not folder.exists():
-            folder.mkdir()
-            for name, place in current_lookup().modules().items():
-                (folder / (place.name if place.is_file() else name)).symlink_to(place)
-        return str(folder)
-
-    def _kept(self) -> Path:
-        if self._folder is None:
-            self._folder = Path(tempfile.mkdtemp(prefix='armsim_launch_'))
-        return self._folder
-
     # The loop.
 
     def run(self, description: LaunchDescriptionEntity) -> int:
@@ -214,8 +191,7 @@ class Engine:
         try:
             return asyncio.run(self._run(description))
         finally:
-            if self._folder is not None:
-                shutil.rmtree(self._folder, ignore_errors=True)
+            self.files.remove()
 
     async def _run(self, description: LaunchDescriptionEntity) -> int:
         self._runner.open(self)

@@ -73,7 +73,7 @@ class ProcessRunner:
     def open(self, engine: Engine) -> None:
         """Install the signal handlers."""
         self._engine = engine
-        self._mapping = Mapping(engine.keep_text)
+        self._mapping = Mapping(engine.files.write)
         self._changed = asyncio.Event()
         self._loop = asyncio.get_running_loop()
         for number in _STOP_SIGNALS:
@@ -178,7 +178,7 @@ class ProcessRunner:
             environment.update({key: value for key, value in child_environment().items()
                                 if key in ('PYTHONPATH', 'RCUTILS_COLORIZED_OUTPUT')})
         else:
-            paths = environment.get('PYTHONPATH', ''), self._engine.source_modules()
+            paths = environment.get('PYTHONPATH', ''), self._engine.files.source_modules()
             environment['PYTHONPATH'] = os.pathsep.join(filter(None, paths))
         environment.setdefault('PYTHONUNBUFFERED', '1')
         try:

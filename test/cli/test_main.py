@@ -68,7 +68,8 @@ def test_every_robot_program_explains_itself_without_being_imported(name, capsys
 def test_help_for_ros_is_not_ours(program, capsys):
     """A --help behind --ros-args goes to rclpy."""
     program.simulation = len
-    assert door.run('simulation', ['--ros-args', '--help']) == len(['--ros-args', '--help'])
+    words = ['--ros-args', '--help']
+    assert door.start_program('simulation', words) == len(words)
     assert capsys.readouterr().out == ''
 
 
@@ -84,8 +85,17 @@ def test_a_mistake_of_the_user_is_one_message_and_status_2(program, capsys):
         raise ResourceError("robot 'x' does not exist")
 
     program.simulation = fail
-    assert door.run('simulation', []) == 2
+    assert door.start_program('simulation', []) == 2
     assert capsys.readouterr().err == "simulation: robot 'x' does not exist\n"
+
+
+def test_a_reader_that_has_seen_enough_ends_the_program():
+    """Output to a closed pipe is no error: nothing is printed, and the status is a shell's."""
+    with subprocess.Popen([sys.executable, '-m', 'armsim_ros', 'list'], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.wait(30.0) == 128 + signal.SIGPIPE
+        assert process.stderr.read() == b''
 
 
 def test_a_missing_package_is_named_with_the_remedy(program, capsys):
@@ -94,7 +104,7 @@ def test_a_missing_package_is_named_with_the_remedy(program, capsys):
         raise ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
 
     program.simulation = fail
-    assert door.run('simulation', []) == 1
+    assert door.start_program('simulation', []) == 1
     message = capsys.readouterr().err
     assert "'rclpy'" in message
     assert 'make env' in message
@@ -109,7 +119,7 @@ def test_a_platform_without_wheels_is_named(program, capsys, monkeypatch, name, 
 
     program.simulation = fail
     monkeypatch.setattr(sys, name, value)
-    assert door.run('simulation', []) == 1
+    assert door.start_program('simulation', []) == 1
     message = capsys.readouterr().err
     assert 'only for Linux on x86_64 with Python 3.10 to 3.13; use such a machine' in message
     assert 'pip install' not in message
@@ -121,7 +131,7 @@ def test_a_missing_system_library_is_named_with_the_package(program, capsys):
         raise ImportError('libgomp.so.1: cannot open shared object file: No such file')
 
     program.simulation = fail
-    assert door.run('simulation', []) == 1
+    assert door.start_program('simulation', []) == 1
     assert capsys.readouterr().err == (
         "simulation: the system library 'libgomp.so.1' is missing; install it (Debian, Ubuntu: "
         'apt install libgomp1)\n')
@@ -133,7 +143,7 @@ def test_a_log_that_cannot_be_written_is_told_with_the_remedy(program, capsys):
         raise RuntimeError("failed: Failed to create log directory '/x/log': 2, at a.cpp:154")
 
     program.simulation = fail
-    assert door.run('simulation', []) == 2
+    assert door.start_program('simulation', []) == 2
     message = capsys.readouterr().err
     assert "'/x/log'" in message
     assert 'ROS_LOG_DIR' in message
@@ -150,7 +160,7 @@ def test_a_locale_without_a_character_stops_no_output(program, monkeypatch):
         return 0
 
     program.simulation = degrees
-    assert door.run('simulation', []) == 0
+    assert door.start_program('simulation', []) == 0
     assert shown.getvalue() == b'30?\n'
 
 
@@ -161,7 +171,7 @@ def test_a_missing_module_of_ours_is_no_mistake_of_the_user(program):
 
     program.simulation = fail
     with pytest.raises(ModuleNotFoundError):
-        door.run('simulation', [])
+        door.start_program('simulation', [])
 
 
 def test_an_interrupted_program_leaves_no_traceback(program, capsys):
@@ -170,7 +180,7 @@ def test_an_interrupted_program_leaves_no_traceback(program, capsys):
         raise KeyboardInterrupt
 
     program.simulation = fail
-    assert door.run('simulation', []) == 130
+    assert door.start_program('simulation', []) == 130
     assert capsys.readouterr().err == ''
 
 

@@ -5,7 +5,7 @@
 import pytest
 
 from armsim_ros.cli.arguments import parse_arguments, UsageError
-from armsim_ros.cli.main import run
+from armsim_ros.cli.main import start_program
 from armsim_ros.cli.settings import cell_of
 
 REACH = ('<xacro:arg name="reach" default="0.2"/>'
@@ -75,11 +75,11 @@ def test_an_undeclared_word_is_answered_with_those_declared(reaching):
 
 def test_help_lists_the_words_of_a_robot(reaching, capsys):
     """With their defaults, after those of the program."""
-    assert run('bringup', [f'robot:={reaching.folder}', '--help']) == 0
+    assert start_program('bringup', [f'robot:={reaching.folder}', '--help']) == 0
     assert "reach:=  (default: '0.2')" in capsys.readouterr().out
 
 
 def test_help_of_a_robot_that_is_not_there(capsys, tmp_path):
     """The mistake is told after the help."""
-    assert run('bringup', [f'robot:={tmp_path / "lost"}', '--help']) == 2
+    assert start_program('bringup', [f'robot:={tmp_path / "lost"}', '--help']) == 2
     assert 'no such path or package' in capsys.readouterr().err

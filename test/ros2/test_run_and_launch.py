@@ -55,6 +55,13 @@ def test_the_help_of_a_package_lists_its_programs(ros2):
     assert 'ros2 run parts count' in done.stdout
 
 
+def test_what_is_not_installed_is_passed_to_armsim(ros2):
+    """Upstream's programs that armsim_ros has in their place are run, with their words."""
+    done = ros2('run', 'controller_manager', 'spawner', '--help')
+    assert (done.returncode, done.stderr) == (0, '')
+    assert done.stdout.startswith('usage: spawner NAME...')
+
+
 def test_a_prefix_command_goes_before(ros2):
     """--prefix puts a debugger or nice in front (ros2run/command/run.py)."""
     done = ros2('run', '--prefix', 'env X=1 sh', 'parts', 'count', 'a')

@@ -187,7 +187,7 @@ def _renamed(content: Any, keys: Mapping[str, str]) -> Any:
 
 def _keep(context: LaunchContext, name: str, text: str) -> str:
     if context.engine is not None:
-        return context.engine.keep_text(name, text)
+        return context.engine.files.write(name, text)
     with tempfile.NamedTemporaryFile('w', suffix=f'_{name}', delete=False,
                                      encoding='utf-8') as stream:
         stream.write(text)

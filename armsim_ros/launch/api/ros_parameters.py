@@ -83,7 +83,7 @@ class ParameterFile(Placed):
             raise LaunchError(f"in '{path}': {failure.what}", self.where) from None
         if replaced == text or context.engine is None:
             return path
-        return context.engine.keep_text(os.path.basename(path), replaced)
+        return context.engine.files.write(os.path.basename(path), replaced)
 
     def cleanup(self) -> None:
         """Do nothing: the launch removes its files at its end."""

@@ -32,6 +32,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     :returns: 0 after a signal, 2 for words that cannot be understood.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    if {'-h', '--help'} & set(words):
+        print(f'usage: {_USAGE}')
+        return 0
     try:
         transform = read_transform(words)
     except ArmsimError as error:
