@@ -13,8 +13,8 @@ class CollisionSettings(Settings):
     """When a load from outside stops the arm."""
 
     torque: float = parameter(
-        0.0, "external torque of a joint that stops the arm [N*m or N]; 0 takes the vendor's, "
-        'and never stops an arm without a vendor', ge=0.0, read_only=True)
+        0.0, "external torque of a joint that stops the arm after 10 ms [N*m or N]; 0 takes the "
+        "vendor's, and never stops an arm without a vendor", ge=0.0, read_only=True)
     force: float = parameter(
         0.0, "contact force that stops the arm after 10 ms [N]; 0 takes the vendor's, and never "
         'stops an arm without a vendor', ge=0.0, read_only=True)
@@ -39,8 +39,8 @@ class HardwareSettings(Settings):
     unlock_delay: float = parameter(
         -1.0, "time that a protective stop lasts at least [s]; below 0 the vendor's, or 0",
         read_only=True, allow_inf_nan=False)
-    watch: Literal['auto', 'on', 'off'] = parameter(
+    watch: Literal['auto', 'always', 'never'] = parameter(
         'auto', 'whether speed, position and loads from outside can stop the arm; auto: where '
-        'collision sets a limit', read_only=True)
+        'collision or the vendor sets a limit', read_only=True)
     collision: CollisionSettings = parameter(
         CollisionSettings(), 'loads from outside that stop the arm')

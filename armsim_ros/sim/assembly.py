@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 import hashlib
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from armsim_ros.arrays import Vector
 from armsim_ros.config.controllers.command_controllers import (
     JointGroupPositionControllerParameters,
     JointPositionControllerParameters,
@@ -214,18 +217,29 @@ def watch(robot: Robot, manager: ControllerManager, simulation: Simulation, *,
     :param loaded: whether loads are measured also without a limit.
     """
     settings, vendor = robot.settings.simulation.hardware, manager.arm.vendor
-    torque = settings.collision.torque or vendor.collision_torque
+    names = manager.hardware.joint_names
+    torques = _collision_torques(robot.model, names, vendor)
+    if settings.collision.torque:
+        torques[:] = settings.collision.torque
     force = settings.collision.force or vendor.collision_force
-    limited = bool(settings.collision.torque or settings.collision.force)
-    asked = settings.watch == 'on' or (settings.watch == 'auto' and limited)
+    limited = force < inf or bool((torques < inf).any())
+    asked = settings.watch == 'always' or (settings.watch == 'auto' and limited)
     if not (asked or always):
         return
-    hardware, loads = manager.hardware, None
-    if loaded or min(torque, force) < inf:
-        fingers = [name for name in hardware.joint_names
-                   if vendor.finger and name.endswith(vendor.finger)]
-        loads = ExternalLoads(simulation, hardware.joint_names, robot, fingers)
-    manager.stops.watch(StopMonitor(hardware, robot.model, loads, torque, force))
+    loads = None
+    if loaded or limited:
+        fingers = [name for name in names if vendor.finger and name.endswith(vendor.finger)]
+        loads = ExternalLoads(simulation, names, robot, fingers)
+    manager.stops.watch(StopMonitor(manager.hardware, robot.model, loads, torques, force))
+
+
+def _collision_torques(model: RobotModel, names: Sequence[str], vendor: Vendor) -> Vector:
+    """Return the external torques of joints that stop an arm of a vendor (n,) [N*m or N]."""
+    given = vendor.collision_torques
+    torques = np.array([given[min(i, len(given) - 1)] for i in range(len(names))])
+    efforts = [bound_or_infinite(model.joints[name].limits.effort) for name in names]
+    least: Vector = np.minimum(torques, vendor.collision_effort * np.array(efforts))
+    return least
 
 
 def _sensors_and_gpios(robot: Robot) -> set[str]:

@@ -21,7 +21,8 @@ class ExternalLoads:
     """
     External torques of an arm's joints and the forces of its contacts.
 
-    Fingers count for neither: they press what they hold.
+    Fingers count for neither: they press what they hold. The payloads that are set are a part of
+    the arm, whether it carries them or not.
 
     :param simulation: the plant; an edit of the world replaces its model.
     :param joint_names: (n,) joints of the arm, fingers too.
@@ -51,10 +52,27 @@ class ExternalLoads:
         # All that moves the joints, but for drives, gravity, inertia and springs.
         outside = (data.qfrc_constraint + data.qfrc_smooth + data.qfrc_bias
                    - data.qfrc_passive - data.qfrc_actuator)[dofs]
+        for link, (mass, centre) in self._simulation.payloads.items():
+            if mass and link in self._links:
+                outside -= self._weight(model, data, link, mass, centre)[dofs]
         friction = model.dof_frictionloss[dofs]
         excess = np.maximum(np.abs(outside) - friction, 0.0)
         found: Vector = np.where(self._counts, np.copysign(excess, outside), 0.0)
         return found
+
+    def _weight(self, model: Any, data: Any, link: str, mass: float, centre: Vector) -> Vector:
+        """Return with what a point mass at a link loads all joints, as they move (nv,)."""
+        body = model.body(element_name(self._robot, link)).id
+        point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ centre
+        speeds = np.zeros((3, model.nv))
+        changes = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, speeds, None, point, body)
+        mujoco.mj_jacDot(model, data, changes, None, point, body)
+        # Accelerations are those of the last step, velocities those after it.
+        velocity = data.qvel - model.opt.timestep * data.qacc
+        acceleration = speeds @ data.qacc + changes @ velocity
+        load: Vector = mass * (model.opt.gravity - acceleration) @ speeds
+        return load
 
     def hardest_contact(self) -> tuple[float, str]:
         """Return the greatest force of a contact of the arm [N], and the bodies; 0 without."""

@@ -107,6 +107,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             name: VacuumGripper(name, gripper, self._plant, self.world)
             for name, gripper in self.settings.vacuum_grippers.items()
         }
+        #: Link -> mass [kg] and centre (3,) [m] of what the drives compensate there.
+        self.payloads: dict[str, tuple[float, Vector]] = {}
         self._command_interfaces = {name: offered_commands(model, name)
                                     for name in self.joint_names}
         self._state_interfaces = {name: offered_states(model, name) for name in self.joint_names}
@@ -213,12 +215,13 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
 
     def set_payload(self, link: str, mass: float, centre: Sequence[float]) -> None:
         """
-        Compensate a load at a link, in place of the last.
+        Compensate a load at a link, in place of the link's last.
 
         :raises SimulationError: a link that is not there.
         """
         self.link_body(link)
         self._servo.set_payload(f'{self.model.name}/{link}', mass, centre)
+        self.payloads[link] = mass, np.array(centre, dtype=np.float64)
 
     def set_gains(self, gains: Mapping[str, PidGains]) -> None:
         """Take over gains of position commands."""

@@ -11,6 +11,10 @@ VENDOR = Vendor(
     plugins=('ur_robot_driver/URPositionHardwareInterface',),
     unlock_delay=5.0,
     power_step=1.0,
+    # Neither is of the driver, which leaves both to the controller of the arm: a share and a
+    # force at which nothing stops in free motion, and everything in a blow.
+    collision_effort=0.5,
+    collision_force=150.0,
     emergency_power_off=True,
     program=True,
     pace='speed_scaling/speed_scaling_factor',

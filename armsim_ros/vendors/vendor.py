@@ -17,8 +17,10 @@ class Vendor:
     :param plugins: of ``<ros2_control>`` of such an arm.
     :param unlock_delay: a protective stop lasts at least so long [s].
     :param power_step: each step of powering up lasts so long [s].
-    :param collision_torque: external torque of a joint that stops a watched arm [N*m or N].
-    :param collision_force: contact force that stops a watched arm [N].
+    :param collision_torques: external torques of the arm's joints that stop it, from the base on;
+        the last is that of all further joints [N*m or N].
+    :param collision_effort: share of a joint's effort limit that stops it as an external torque.
+    :param collision_force: contact force that stops it [N].
     :param emergency_power_off: whether a released emergency stop leaves the drives without power.
     :param program: whether the arm takes commands only while a program runs on it; while none
         does, the controllers of the arm are inactive.
@@ -33,7 +35,8 @@ class Vendor:
     plugins: tuple[str, ...] = ()
     unlock_delay: float = 0.0
     power_step: float = 0.0
-    collision_torque: float = math.inf
+    collision_torques: tuple[float, ...] = (math.inf,)
+    collision_effort: float = math.inf
     collision_force: float = math.inf
     emergency_power_off: bool = False
     program: bool = False

@@ -79,14 +79,14 @@ class ArmStop:
     def watch(self, monitor: StopMonitor) -> None:
         """Have the arm stopped by what a monitor finds."""
         self.monitor = monitor
-        self.arm.present_cause = lambda: monitor.load(self.arm.time_ns)
+        self.arm.present_cause = monitor.load
 
     def check(self, time_ns: int) -> bool:
         """Stop the arm where the monitor finds a cause; return whether it did."""
         arm, monitor = self.arm, self.monitor
         if monitor is None or not arm.moves:
             return False
-        cause = monitor.check(time_ns)
+        cause = monitor.check(time_ns, yielding=arm.freedrive)
         if cause is None:
             return False
         arm.time_ns = time_ns

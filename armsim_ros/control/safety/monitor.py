@@ -17,8 +17,8 @@ from armsim_ros.model.robot_model import RobotModel
 SPEED_SHARE = 1.2
 #: So far a joint may be outside of its bounds [rad or m].
 BEYOND = 0.01
-#: A contact force counts after this time [ns].
-CONTACT_NS = 10_000_000
+#: A load counts after this time, so that the first impact of a contact does not [ns].
+LASTING_NS = 10_000_000
 _NEVER_NS = -1
 
 
@@ -37,7 +37,7 @@ class StopMonitor:
     Checks the state of an arm's joints in each control period.
 
     :param loads: None where there are no such limits.
-    :param torque: of each joint that may act from outside [N*m or N].
+    :param torques: (n,) of the joints that may act from outside [N*m or N].
     :param force: of a contact [N].
     """
 
@@ -46,7 +46,7 @@ class StopMonitor:
         hardware: HardwareInterface,
         model: RobotModel | None,
         loads: Loads | None,
-        torque: float,
+        torques: Vector,
         force: float,
     ) -> None:
         names = hardware.joint_names
@@ -56,18 +56,24 @@ class StopMonitor:
         self._fastest = SPEED_SHARE * properties.velocity
         self._lower, self._upper = properties.lower - BEYOND, properties.upper + BEYOND
         #: (n,) greatest external torques; may be replaced.
-        self.torques = np.full(len(names), torque)
+        self.torques = torques
         #: Greatest contact force [N]; may be replaced.
         self.force = force
-        self._pressed_ns = _NEVER_NS
+        #: Since when torques, and contacts, are above their limits [ns].
+        self._since_ns = [_NEVER_NS, _NEVER_NS]
 
     @property
     def has_loads(self) -> bool:
         """Whether loads from outside are measured."""
         return self._loads is not None
 
-    def check(self, time_ns: int) -> Cause | None:
-        """Return why the arm has to stop at a time [ns], None where it may go on."""
+    def check(self, time_ns: int, *, yielding: bool = False) -> Cause | None:
+        """
+        Return why the arm has to stop, None where it may go on.
+
+        :param time_ns: now [ns].
+        :param yielding: whether the arm yields to loads, which do not stop it then.
+        """
         velocity, position = self._state.velocity, self._state.position
         if (np.abs(velocity) > self._fastest).any():
             i = int(np.argmax(np.abs(velocity) - self._fastest))
@@ -77,14 +83,18 @@ class StopMonitor:
             i = int(np.argmax(outside))
             bound = self._lower[i] if position[i] < self._lower[i] else self._upper[i]
             return self._cause('position', i, float(position[i]), float(bound))
-        return self.load(time_ns)
+        return None if yielding else self.load(time_ns)
 
-    def load(self, time_ns: int) -> Cause | None:
-        """Return which load from outside is too great, None where none is."""
+    def load(self, time_ns: int | None = None) -> Cause | None:
+        """
+        Return which load from outside is too great, None where none is.
+
+        :param time_ns: now, for those that have lasted; None for any that there is [ns].
+        """
         if self._loads is None:
             return None
         torques = np.abs(self._loads.torques())
-        if (torques > self.torques).any():
+        if self._lasts(0, time_ns, bool((torques > self.torques).any())):
             i = int(np.argmax(torques - self.torques))
             unit = 'N' if self._units[i] == 'm' else 'N*m'
             return Cause('collision', f"external torque of joint '{self._names[i]}' "
@@ -92,14 +102,19 @@ class StopMonitor:
         if self.force == np.inf:
             return None
         force, bodies = self._loads.hardest_contact()
-        if not force > self.force:
-            self._pressed_ns = _NEVER_NS
-            return None
-        if self._pressed_ns == _NEVER_NS or time_ns < self._pressed_ns:
-            self._pressed_ns = time_ns
-        if time_ns - self._pressed_ns < CONTACT_NS:
-            return None
-        return Cause('collision', f'contact of {bodies} {force:.1f} N, limit {self.force:g} N')
+        if self._lasts(1, time_ns, force > self.force):
+            return Cause('collision', f'contact of {bodies} {force:.1f} N, limit {self.force:g} N')
+        return None
+
+    def _lasts(self, load: int, time_ns: int | None, above: bool) -> bool:
+        """Return whether a load is above its limit, and for how long it has to be."""
+        since = self._since_ns
+        if time_ns is None or not above:
+            since[load] = _NEVER_NS
+            return above
+        if since[load] == _NEVER_NS or time_ns < since[load]:
+            since[load] = time_ns
+        return time_ns - since[load] >= LASTING_NS
 
     def _cause(self, kind: str, i: int, value: float, limit: float, rate: str = '') -> Cause:
         unit = (self._units[i] or 'rad') + rate

@@ -94,24 +94,22 @@ class InverseDynamics:
             self._full[row, columns] = self._full[columns, row] = range(start, start + length)
         self._pair = np.concatenate((self._full, self._full + len(data.M) + 1), axis=1)
         self._node: tuple[bytes, Vector, Vector] = b'', data.M, data.qpos
-        #: Body with a payload, and its own mass, centre and inertia.
-        self._carrier: tuple[int, float, Vector, Vector, Vector] | None = None
+        #: Bodies with a payload -> their own mass, centre and inertia.
+        self._carriers: dict[int, list[Vector]] = {}
 
     def set_payload(self, body: str, mass: float, centre: Sequence[float]) -> None:
         """
-        Count with a point mass at a body from now on, in place of the last.
+        Count with a point mass at a body from now on, in place of the body's last.
 
         :param mass: [kg].
         :param centre: (3,) in the axes of the body [m].
         """
         model = self._model
         parts = model.body_mass, model.body_ipos, model.body_iquat, model.body_inertia
-        if self._carrier is not None:
-            for part, value in zip(parts, self._carrier[1:], strict=True):
-                part[self._carrier[0]] = value
         place = model.body(body).id
-        own = [np.copy(part[place]) for part in parts]
-        self._carrier = place, float(own[0]), own[1], own[2], own[3]
+        own = self._carriers.setdefault(place, [np.copy(part[place]) for part in parts])
+        for part, value in zip(parts, own, strict=True):
+            part[place] = value
         if mass > 0.0:
             whole = float(own[0]) + mass
             between = np.asarray(centre) - own[1]

@@ -24,6 +24,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
 from armsim_ros.sim.assembly import watch
+from armsim_ros.vendors.franka import FORCES, TORQUES
 
 #: The stiffest joint [N*m/rad].
 STIFFEST = 14_250.0
@@ -43,8 +44,8 @@ class ArmParameters:
 
     tool: Matrix = field(default_factory=lambda: np.eye(4))
     stiffness: Matrix = field(default_factory=lambda: np.eye(4))
-    torques: Matrix = field(default_factory=lambda: np.full((2, 7), np.inf))
-    forces: Matrix = field(default_factory=lambda: np.full((2, 6), np.inf))
+    torques: Matrix = field(default_factory=lambda: np.array(TORQUES))
+    forces: Matrix = field(default_factory=lambda: np.array(FORCES))
     load: tuple[float, Vector, Vector] = field(
         default_factory=lambda: (0.0, np.zeros(3), np.zeros(9)))
 
