@@ -13,7 +13,7 @@ from typing import Any
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.bridge.rejections import logged_error
@@ -96,7 +96,7 @@ class Goals:
         feedback = None
         if message.get('feedback'):
             def feedback(values: Any) -> None:
-                self._link.schedule(lambda: self._feedback(client, message, kind, values))
+                self._link.schedule(lambda: self._feedback(client, message, values))
         sent = time.time_ns()
         run = self._link.goal(kind, action, request, feedback)
         goal = Goal(client, action, message.get('id'), run)
@@ -110,7 +110,7 @@ class Goals:
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
         client.answer(message, {
             'op': 'action_result', 'action': message['action'], 'status': found.status,
-            'values': json_values(kind.Result)(found.result), 'result': True})
+            'values': values_of(found.result), 'result': True})
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
         waiting = asyncio.wrap_future(run.result)
@@ -122,7 +122,6 @@ class Goals:
             missing = 0 if self._link.serves(kind, action, action=True) else missing + 1
         raise RefusalError('the server has gone without a result')
 
-    def _feedback(self, client: Client, message: dict[str, Any], kind: type[Any], values: Any
-                  ) -> None:
+    def _feedback(self, client: Client, message: dict[str, Any], values: Any) -> None:
         client.answer(message, {'op': 'action_feedback', 'action': message['action'],
-                                'values': json_values(kind.Feedback)(values)})
+                                'values': values_of(values)})

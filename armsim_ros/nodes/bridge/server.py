@@ -63,19 +63,21 @@ class _Connection(ServerConnection):
         self.pending.discard(self)
         super().connection_lost(exc)
 
-    async def write(self, frame: bytes, turns: Turns) -> None:
+    async def write(self, frames: Sequence[bytes], turns: Turns) -> None:
         """
-        Write a frame, in pieces where it is large, as the client takes them.
+        Write the parts of frames, in pieces where they are large, as the client takes them.
 
         :param turns: who is served next.
         """
         self._is_writing = True
-        for start in range(0, len(frame), _WRITE_LIMIT):
-            if start:
+        pieces = (memoryview(part)[start:start + _WRITE_LIMIT] for part in frames
+                  for start in range(0, len(part), _WRITE_LIMIT))
+        for index, piece in enumerate(pieces):
+            if index:
                 await turns.take()
             if self.transport.is_closing():
                 return
-            self.transport.write(memoryview(frame)[start:start + _WRITE_LIMIT])
+            self.transport.write(piece)
             if self.paused:
                 with suppress(OSError):  # the connection is lost
                     await self.drain()
@@ -222,9 +224,8 @@ class BridgeServer:
                 client.report(
                     Level.ERROR, f'a message was not sent: {type(error).__name__}: {error}')
                 continue
-            for frame in frames:
-                if connection.state is State.OPEN:
-                    await connection.write(frame, self._sending)
+            if connection.state is State.OPEN:
+                await connection.write(frames, self._sending)
 
     async def _read_all(self, client: Client, connection: ServerConnection) -> None:
         clock = asyncio.get_running_loop().time

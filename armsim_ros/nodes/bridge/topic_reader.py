@@ -19,12 +19,13 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from armsim_ros.nodes.bridge.outbox import LARGE, MOST_LARGE, MOST_SMALL
+from armsim_ros.nodes.bridge.taking import take
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
 #: How long the thread may take to end [s].
 _END = 5.0
 
-Batch = list[tuple[Any, bytes]]
+Batch = list[tuple[Any, bytes | memoryview]]
 
 
 class TopicReader:
@@ -44,7 +45,7 @@ class TopicReader:
         self._subscriptions: dict[Any, Subscription] = {}
         self._work: deque[Callable[[], None]] = deque()
         self._lock = threading.Lock()
-        self._read: dict[Any, deque[tuple[int, bytes]]] = {}
+        self._read: dict[Any, deque[tuple[int, bytes | memoryview]]] = {}
         self._count = 0
         self._scheduled = False
         self._closing = False
@@ -109,7 +110,7 @@ class TopicReader:
                     wait_set = _rclpy.WaitSet(capacity, 1, 0, 0, 0, 0, context)
             try:
                 self._wait(wait_set, subscriptions)
-            except (InvalidHandle, _rclpy.RCLError):
+            except (InvalidHandle, RuntimeError):  # rclpy's errors are such, too
                 if not self._node.context.ok():
                     return
         for key in list(self._subscriptions):
@@ -133,10 +134,9 @@ class TopicReader:
     def _take(self, key: Any, subscription: Subscription) -> None:
         """Read what has come; of what the other thread has not taken, the newest is kept."""
         for _ in range(max(subscription.qos_profile.depth, 1)):
-            taken = subscription.handle.take_message(subscription.msg_type, True)
-            if taken is None:
+            raw = take(subscription.handle)
+            if raw is None:
                 break
-            raw = taken[0]
             with self._lock:
                 waiting = self._read.setdefault(key, deque())
                 if len(waiting) >= (MOST_LARGE if len(raw) >= LARGE else MOST_SMALL):
