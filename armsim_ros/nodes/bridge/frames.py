@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterator
 import itertools
 import json
 from json.scanner import py_make_scanner  # type: ignore[attr-defined] # not in the stubs
+import math
 import struct
 from typing import Any
+import zlib
 
-from armsim_ros.nodes.bridge.conversion.png import to_png
 from armsim_ros.nodes.bridge.refusal import RefusalError
 from armsim_ros.nodes.serving.json_text import json_pieces, to_json
 
@@ -24,6 +26,9 @@ _LONG = 2_000_000
 _TEXT, _BINARY = 0x81, 0x82
 #: From this size on the parts of a frame are written as they are, not copied [bytes].
 _SMALL = 1 << 16
+#: The eight bytes that a PNG begins with (https://www.w3.org/TR/png-3/#5PNG-file-signature).
+_SIGNATURE = b'\x89PNG\r\n\x1a\n'
+_DEPTH, _RGB = 8, 2
 _numbers = itertools.count(1)
 
 
@@ -59,6 +64,29 @@ def text_frames(message: Any, fragment_size: int = 0, compression: str = 'none')
     return [part for index, start in enumerate(starts) for part in to_frame(to_json({
         'op': 'fragment', 'id': str(number), 'data': text[start:start + fragment_size],
         'num': index, 'total': len(starts)}).encode())]
+
+
+def to_png(text: str) -> str:
+    """
+    Return the base64 of a PNG whose RGB bytes are the text, padded with newlines.
+
+    The picture is about square; its lines are not filtered.
+    """
+    data = text.encode()
+    width = max(1, math.isqrt(len(data) // 3))
+    height = max(1, math.ceil(len(data) / (3 * width)))
+    data = data.ljust(3 * width * height, b'\n')
+    stride = 3 * width
+    lines = b''.join(b'\0' + data[row:row + stride] for row in range(0, len(data), stride))
+    header = struct.pack('>IIBBBBB', width, height, _DEPTH, _RGB, 0, 0, 0)
+    return b64encode(b''.join((
+        _SIGNATURE, _chunk(b'IHDR', header), _chunk(b'IDAT', zlib.compress(lines, 1)),
+        _chunk(b'IEND', b'')))).decode('ascii')
+
+
+def _chunk(name: bytes, content: bytes) -> bytes:
+    return struct.pack('>I', len(content)) + name + content + struct.pack(
+        '>I', zlib.crc32(name + content))
 
 
 class Fragments:

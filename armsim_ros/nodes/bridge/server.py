@@ -7,6 +7,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
+import ctypes
+import gc
 from http import HTTPStatus
 import ssl
 from urllib.parse import urlsplit
@@ -17,7 +19,6 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.memory import give_back
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
@@ -211,7 +212,7 @@ class BridgeServer:
             if self._tidying is not None:
                 self._tidying.cancel()
             self._tidying = loop.call_later(
-                _QUIET, loop.run_in_executor, None, give_back)
+                _QUIET, loop.run_in_executor, None, _give_back)
 
     async def _send_all(self, client: Client, connection: _Connection) -> None:
         """Write what the outbox gives, as the client takes it; busy clients take turns."""
@@ -239,6 +240,14 @@ class BridgeServer:
                 await asyncio.sleep(delay)
             await self._reading.take()
             await self._receive(client, frame)
+
+
+def _give_back() -> None:
+    """Return memory that is not used to the system; glibc keeps what was freed."""
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is not None:
+        trim(0)
 
 
 def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/',

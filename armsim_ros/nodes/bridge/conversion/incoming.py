@@ -96,8 +96,6 @@ def serialized(cls: type[Any], values: Any, now: Now) -> bytes:
 def _writer(cls: type[Any]) -> Write:
     """Return the function that adds an object as a message of a class."""
     fields = fields_of(cls)
-    if not fields:
-        return _nothing(cls)
     defaults = json.loads(to_json(values_of(cls())))
     writers = tuple((name, defaults[name], _field(kind, cls),
                      kind.kind is Kind.FLOAT and kind.shape is Shape.SINGLE)
@@ -123,18 +121,11 @@ def _writer(cls: type[Any]) -> Write:
         except _MisfitError as error:
             error.path.insert(0, f'.{name}')
             raise
+        if not fields:
+            body.append(0)  # a structure has at least one byte
 
     layout = flat_layout(cls)
     return write if layout is None else _quickly(layout, tuple(fields), write)
-
-
-def _nothing(cls: type[Any]) -> Write:
-    def write(values: Any, _: Now, body: bytearray) -> None:
-        if not isinstance(values, Mapping) or values:
-            raise _MisfitError(f'expected {{}}, got {_shown(values)}', cls)
-        body.append(0)  # a structure has at least one byte
-
-    return write
 
 
 def _stamp(values: Any, now: Now) -> Any:

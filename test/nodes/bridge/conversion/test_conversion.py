@@ -31,7 +31,7 @@ from armsim_ros.nodes.bridge.conversion.outgoing import (
     to_cbor,
     values_of,
 )
-from armsim_ros.nodes.bridge.conversion.png import to_png
+from armsim_ros.nodes.bridge.frames import to_png
 from armsim_ros.nodes.serving.json_text import to_json
 
 
