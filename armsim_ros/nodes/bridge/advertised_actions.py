@@ -17,7 +17,7 @@ from armsim_ros.nodes.bridge.advertised import Advertised, Served
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
 from armsim_ros.nodes.bridge.conversion.fields import type_name
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 
 #: Time to request the results of aborted goals before the action is gone [s].
 _LAST_RESULTS = 0.5
@@ -71,7 +71,7 @@ class AdvertisedActions(Advertised):
         async def execute(goal: ServerGoalHandle) -> Any:
             key, answer = self._request(served, goal, {
                 'op': 'send_action_goal', 'action_type': type_name(served.kind), 'feedback': True,
-                'args': json_values(served.kind.Goal)(goal.request)})
+                'args': values_of(goal.request)})
             goal.bridge_key = key  # type: ignore[attr-defined] # for the request to cancel it
             status, result = await answer or (GoalStatus.STATUS_ABORTED, served.kind.Result())
             if status == GoalStatus.STATUS_SUCCEEDED:

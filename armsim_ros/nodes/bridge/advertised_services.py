@@ -10,7 +10,7 @@ from typing import Any
 from armsim_ros.nodes.bridge.advertised import Advertised, Served
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 
 #: How long a client may take for an answer where no time is configured [s].
@@ -51,7 +51,7 @@ class AdvertisedServices(Advertised):
         async def respond(request: Any, response: Any) -> Any:
             _, answer = self._request(
                 served, None, {'op': 'call_service',
-                               'args': json_values(served.kind.Request)(request)}, self._patience)
+                               'args': values_of(request)}, self._patience)
             found = await answer
             if found is None:
                 self._link.node.get_logger().warning(

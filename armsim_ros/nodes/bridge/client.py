@@ -12,7 +12,6 @@ from typing import Any
 from armsim_ros.nodes.bridge.frames import Fragments, text_frames
 from armsim_ros.nodes.bridge.outbox import Outbox
 from armsim_ros.nodes.bridge.refusal import Level
-from armsim_ros.nodes.serving.json_text import to_json
 
 _numbers = itertools.count(1)
 
@@ -43,7 +42,7 @@ class Client:
         """Send an answer, which is never dropped."""
         if not self.is_open:
             return
-        self.outbox.add_answer(text_frames(to_json(message), fragment_size, compression))
+        self.outbox.add_answer(text_frames(message, fragment_size, compression))
         if self.outbox.overflows:
             self._overflow()
 

@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterator
 import itertools
 import json
 from json.scanner import py_make_scanner  # type: ignore[attr-defined] # not in the stubs
+import math
 import struct
 from typing import Any
+import zlib
 
-from armsim_ros.nodes.bridge.conversion.png import to_png
 from armsim_ros.nodes.bridge.refusal import RefusalError
-from armsim_ros.nodes.serving.json_text import to_json
+from armsim_ros.nodes.serving.json_text import json_pieces, to_json
 
 #: Fragments of incoming messages, for each client [bytes, messages].
 MOST_BYTES, MOST_FRAGMENTED = 10_000_000, 8
@@ -22,34 +24,69 @@ SMALLEST_FRAGMENT = 64
 #: for 25 ms per megabyte of numbers [characters].
 _LONG = 2_000_000
 _TEXT, _BINARY = 0x81, 0x82
+#: From this size on the parts of a frame are written as they are, not copied [bytes].
+_SMALL = 1 << 16
+#: The eight bytes that a PNG begins with (https://www.w3.org/TR/png-3/#5PNG-file-signature).
+_SIGNATURE = b'\x89PNG\r\n\x1a\n'
+_DEPTH, _RGB = 8, 2
 _numbers = itertools.count(1)
 
 
-def to_frame(payload: bytes, *, binary: bool = False) -> bytes:
-    """Return a frame of a server, which is not masked (RFC 6455, section 5.2)."""
-    opcode, size = _BINARY if binary else _TEXT, len(payload)
-    if size < 126:
-        return bytes((opcode, size)) + payload
-    if size < 1 << 16:
-        return struct.pack('>BBH', opcode, 126, size) + payload
-    return struct.pack('>BBQ', opcode, 127, size) + payload
-
-
-def text_frames(text: str, fragment_size: int = 0, compression: str = 'none') -> list[bytes]:
+def to_frame(*payload: bytes, binary: bool = False) -> list[bytes]:
     """
-    Return the frames of a text, as a picture where ``compression`` is png.
+    Return a frame of a server, which is not masked (RFC 6455, section 5.2).
+
+    :param payload: its parts, which are joined where they are small.
+    """
+    opcode, size = _BINARY if binary else _TEXT, sum(map(len, payload))
+    if size < 126:
+        head = bytes((opcode, size))
+    elif size < 1 << 16:
+        head = struct.pack('>BBH', opcode, 126, size)
+    else:
+        head = struct.pack('>BBQ', opcode, 127, size)
+    return [head, *payload] if size > _SMALL else [b''.join((head, *payload))]
+
+
+def text_frames(message: Any, fragment_size: int = 0, compression: str = 'none') -> list[bytes]:
+    """
+    Return the frames of a message in JSON, as a picture where ``compression`` is png.
 
     :param fragment_size: characters of a fragment; 0 for a single frame.
     """
+    parts = list(json_pieces(message))
     if compression == 'png':
-        text = to_json({'op': 'png', 'data': to_png(text)})
-    if not fragment_size or len(text) <= fragment_size:
-        return [to_frame(text.encode())]
-    number = next(_numbers)
+        parts = [to_json({'op': 'png', 'data': to_png(''.join(parts))})]
+    if not fragment_size or sum(map(len, parts)) <= fragment_size:
+        return to_frame(*(part.encode() for part in parts))
+    text, number = ''.join(parts), next(_numbers)
     starts = range(0, len(text), fragment_size)
-    return [to_frame(to_json({
+    return [part for index, start in enumerate(starts) for part in to_frame(to_json({
         'op': 'fragment', 'id': str(number), 'data': text[start:start + fragment_size],
-        'num': index, 'total': len(starts)}).encode()) for index, start in enumerate(starts)]
+        'num': index, 'total': len(starts)}).encode())]
+
+
+def to_png(text: str) -> str:
+    """
+    Return the base64 of a PNG whose RGB bytes are the text, padded with newlines.
+
+    The picture is about square; its lines are not filtered.
+    """
+    data = text.encode()
+    width = max(1, math.isqrt(len(data) // 3))
+    height = max(1, math.ceil(len(data) / (3 * width)))
+    data = data.ljust(3 * width * height, b'\n')
+    stride = 3 * width
+    lines = b''.join(b'\0' + data[row:row + stride] for row in range(0, len(data), stride))
+    header = struct.pack('>IIBBBBB', width, height, _DEPTH, _RGB, 0, 0, 0)
+    return b64encode(b''.join((
+        _SIGNATURE, _chunk(b'IHDR', header), _chunk(b'IDAT', zlib.compress(lines, 1)),
+        _chunk(b'IEND', b'')))).decode('ascii')
+
+
+def _chunk(name: bytes, content: bytes) -> bytes:
+    return struct.pack('>I', len(content)) + name + content + struct.pack(
+        '>I', zlib.crc32(name + content))
 
 
 class Fragments:

@@ -10,17 +10,24 @@ from dataclasses import dataclass
 import time
 from typing import Any
 
+from rcl_interfaces.msg import Log
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
-from armsim_ros.nodes.bridge.rejections import logged_error
+from armsim_ros.nodes.bridge.rosapi.graph import Graph
 
 #: How long a goal of a client that has left can still be cancelled [s].
 _MEMORY = 600.0
 _REJECTED = 'the server rejected the goal'
+#: Nodes keep what they have logged for late subscribers.
+_LOG = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+#: How long the log may take to arrive [s].
+_PATIENCE = 0.7
 
 
 @dataclass(eq=False)
@@ -96,7 +103,7 @@ class Goals:
         feedback = None
         if message.get('feedback'):
             def feedback(values: Any) -> None:
-                self._link.schedule(lambda: self._feedback(client, message, kind, values))
+                self._link.schedule(lambda: self._feedback(client, message, values))
         sent = time.time_ns()
         run = self._link.goal(kind, action, request, feedback)
         goal = Goal(client, action, message.get('id'), run)
@@ -110,7 +117,7 @@ class Goals:
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
         client.answer(message, {
             'op': 'action_result', 'action': message['action'], 'status': found.status,
-            'values': json_values(kind.Result)(found.result), 'result': True})
+            'values': values_of(found.result), 'result': True})
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
         waiting = asyncio.wrap_future(run.result)
@@ -122,7 +129,39 @@ class Goals:
             missing = 0 if self._link.serves(kind, action, action=True) else missing + 1
         raise RefusalError('the server has gone without a result')
 
-    def _feedback(self, client: Client, message: dict[str, Any], kind: type[Any], values: Any
-                  ) -> None:
+    def _feedback(self, client: Client, message: dict[str, Any], values: Any) -> None:
         client.answer(message, {'op': 'action_feedback', 'action': message['action'],
-                                'values': json_values(kind.Feedback)(values)})
+                                'values': values_of(values)})
+
+
+async def logged_error(link: BridgeLink, action: str, since: int) -> str:
+    """
+    Return the error that an action's server has logged, '' where there is none.
+
+    A rejection has no text, but the log has.
+
+    :param action: full name.
+    :param since: what is older is another's [ns], of the system's clock.
+    """
+    servers = [node.strip('/').replace('/', '.')
+               for node in Graph(link).providers([f'{action}/_action/send_goal'])]
+    found: asyncio.Future[str] = link.loop.create_future()
+
+    def settle(text: str) -> None:
+        if not found.done():
+            found.set_result(text)
+
+    def receive(message: Log) -> None:
+        stamp = message.stamp.sec * 10**9 + message.stamp.nanosec
+        if message.level >= Log.ERROR and stamp >= since and any(
+                f'{message.name}.'.startswith(f'{server}.') for server in servers):
+            link.schedule(lambda: settle(message.msg))
+
+    subscription = await link.run(
+        lambda: link.node.create_subscription(Log, '/rosout', receive, _LOG))
+    try:
+        return await asyncio.wait_for(found, _PATIENCE)
+    except (asyncio.TimeoutError, TimeoutError):
+        return ''
+    finally:
+        link.in_thread(lambda: link.node.destroy_subscription(subscription))

@@ -7,15 +7,15 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-import json
 from typing import Any
 
-import cbor2
-from rclpy.serialization import deserialize_message
-
-from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import (
+    cbor_values,
+    json_values,
+    Packed,
+    to_cbor,
+)
 from armsim_ros.nodes.bridge.frames import text_frames, to_frame
-from armsim_ros.nodes.serving.json_text import to_json
 
 #: Messages of a topic that wait for a client: of pictures, of others.
 MOST_LARGE, MOST_SMALL = 2, 100
@@ -37,7 +37,7 @@ class Sample:
 
     __slots__ = ('_frames', '_kind', 'raw', 'stamp')
 
-    def __init__(self, kind: type[Any], raw: bytes, stamp: tuple[int, int]) -> None:
+    def __init__(self, kind: type[Any], raw: bytes | memoryview, stamp: tuple[int, int]) -> None:
         self._kind, self.raw, self.stamp = kind, raw, stamp
         self._frames: dict[tuple[str, str, int], list[bytes]] = {}
 
@@ -52,16 +52,14 @@ class Sample:
     def _encode(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
         if compression == 'cbor-raw':
             seconds, nanoseconds = self.stamp
-            return [to_frame(cbor2.dumps({'op': 'publish', 'topic': topic, 'msg': {
-                'secs': seconds, 'nsecs': nanoseconds, 'bytes': self.raw}}), binary=True)]
-        message = deserialize_message(self.raw, self._kind)
+            return to_frame(to_cbor({'op': 'publish', 'topic': topic, 'msg': {
+                'secs': seconds, 'nsecs': nanoseconds, 'bytes': Packed(memoryview(self.raw))}}),
+                binary=True)
         if compression == 'cbor':
-            return [to_frame(cbor2.dumps({
-                'op': 'publish', 'topic': topic, 'msg': cbor_values(self._kind)(message)}),
-                binary=True)]
-        text = (f'{{"op":"publish","topic":{json.dumps(topic)},'
-                f'"msg":{to_json(json_values(self._kind)(message))}}}')
-        return text_frames(text, fragment_size, compression)
+            return to_frame(to_cbor({'op': 'publish', 'topic': topic,
+                                     'msg': cbor_values(self._kind)(self.raw)}), binary=True)
+        return text_frames({'op': 'publish', 'topic': topic,
+                            'msg': json_values(self._kind)(self.raw)}, fragment_size, compression)
 
 
 class Waiting:
@@ -85,7 +83,7 @@ class Outbox:
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
-        self._answers: deque[bytes] = deque()
+        self._answers: deque[list[bytes]] = deque()
         self._answer_bytes = 0
         self._samples: deque[Waiting] = deque()
         self._of: dict[Any, deque[Waiting]] = {}
@@ -97,7 +95,7 @@ class Outbox:
     def add_answer(self, frames: list[bytes]) -> None:
         """Queue frames that must arrive."""
         self.overflows = self._answer_bytes > self._most_bytes
-        self._answers.extend(frames)
+        self._answers.append(frames)
         self._answer_bytes += sum(map(len, frames))
         self._news.set()
 
@@ -131,9 +129,9 @@ class Outbox:
     async def take(self) -> list[bytes]:
         """Return the frames of the next message, none where it was dropped meanwhile."""
         if self._answers:
-            frame = self._answers.popleft()
-            self._answer_bytes -= len(frame)
-            return [frame]
+            frames = self._answers.popleft()
+            self._answer_bytes -= sum(map(len, frames))
+            return frames
         if not self._samples:
             self._news.clear()
             return []

@@ -12,7 +12,7 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.aside import message_of
+from armsim_ros.nodes.bridge.conversion.aside import serialized_of
 from armsim_ros.nodes.bridge.conversion.fields import type_name
 from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -71,7 +71,7 @@ class Publishers:
             own = self._of[client][topic]
         entry = own[1]
         entry.publisher.publish(
-            await message_of(entry.kind, message.get('msg', {}), self._link.now))
+            await serialized_of(entry.kind, message.get('msg', {}), self._link.now))
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
         """

@@ -7,6 +7,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
+import ctypes
+import gc
 from http import HTTPStatus
 import ssl
 from urllib.parse import urlsplit
@@ -17,7 +19,6 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.memory import give_back
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
@@ -63,19 +64,21 @@ class _Connection(ServerConnection):
         self.pending.discard(self)
         super().connection_lost(exc)
 
-    async def write(self, frame: bytes, turns: Turns) -> None:
+    async def write(self, frames: Sequence[bytes], turns: Turns) -> None:
         """
-        Write a frame, in pieces where it is large, as the client takes them.
+        Write the parts of frames, in pieces where they are large, as the client takes them.
 
         :param turns: who is served next.
         """
         self._is_writing = True
-        for start in range(0, len(frame), _WRITE_LIMIT):
-            if start:
+        pieces = (memoryview(part)[start:start + _WRITE_LIMIT] for part in frames
+                  for start in range(0, len(part), _WRITE_LIMIT))
+        for index, piece in enumerate(pieces):
+            if index:
                 await turns.take()
             if self.transport.is_closing():
                 return
-            self.transport.write(memoryview(frame)[start:start + _WRITE_LIMIT])
+            self.transport.write(piece)
             if self.paused:
                 with suppress(OSError):  # the connection is lost
                     await self.drain()
@@ -209,7 +212,7 @@ class BridgeServer:
             if self._tidying is not None:
                 self._tidying.cancel()
             self._tidying = loop.call_later(
-                _QUIET, loop.run_in_executor, None, give_back)
+                _QUIET, loop.run_in_executor, None, _give_back)
 
     async def _send_all(self, client: Client, connection: _Connection) -> None:
         """Write what the outbox gives, as the client takes it; busy clients take turns."""
@@ -222,9 +225,8 @@ class BridgeServer:
                 client.report(
                     Level.ERROR, f'a message was not sent: {type(error).__name__}: {error}')
                 continue
-            for frame in frames:
-                if connection.state is State.OPEN:
-                    await connection.write(frame, self._sending)
+            if connection.state is State.OPEN:
+                await connection.write(frames, self._sending)
 
     async def _read_all(self, client: Client, connection: ServerConnection) -> None:
         clock = asyncio.get_running_loop().time
@@ -238,6 +240,14 @@ class BridgeServer:
                 await asyncio.sleep(delay)
             await self._reading.take()
             await self._receive(client, frame)
+
+
+def _give_back() -> None:
+    """Return memory that is not used to the system; glibc keeps what was freed."""
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is not None:
+        trim(0)
 
 
 def bridge_rules(settings: BridgeSettings, token: str, port: int, path: str = '/',

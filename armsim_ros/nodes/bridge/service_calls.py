@@ -10,7 +10,7 @@ from typing import Any
 
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import RefusalError
 
@@ -53,14 +53,14 @@ class ServiceCalls:
         if name in self._local:
             kind, respond = self._local[name]
             response = await respond(await message_of(kind.Request, values, self._link.now))
-            found = json_values(kind.Response)(response)
+            found = values_of(response)
             if set(found) == {'time'}:  # roslibpy reads the names of ROS 1
                 found['time'] |= {'secs': found['time']['sec'], 'nsecs': found['time']['nanosec']}
             return found
         kind = await self._kind(name)
         request = await message_of(kind.Request, values, self._link.now)
         response = await self._link.call_when_ready(kind, name, request)
-        return json_values(kind.Response)(response)
+        return values_of(response)
 
     async def _kind(self, name: str) -> type[Any]:
         """Return a service's class; it is not searched for again while it is served."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 import threading
 from typing import Any
@@ -19,17 +19,20 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from armsim_ros.nodes.bridge.outbox import LARGE, MOST_LARGE, MOST_SMALL
+from armsim_ros.nodes.bridge.taking import take
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
 #: How long the thread may take to end [s].
 _END = 5.0
 
-Batch = list[tuple[Any, bytes]]
+Batch = list[tuple[Any, bytes | memoryview]]
 
 
 class TopicReader:
     """
     Reads serialized messages and hands them over in batches.
+
+    A topic whose newest message was not small is read beside the others.
 
     :param node: that subscribes.
     :param schedule: runs a function in the thread of the sockets, soon.
@@ -44,7 +47,10 @@ class TopicReader:
         self._subscriptions: dict[Any, Subscription] = {}
         self._work: deque[Callable[[], None]] = deque()
         self._lock = threading.Lock()
-        self._read: dict[Any, deque[tuple[int, bytes]]] = {}
+        self._read: dict[Any, deque[tuple[int, bytes | memoryview]]] = {}
+        self._small: set[Any] = set()
+        self._busy: set[Any] = set()
+        self._aside = ThreadPoolExecutor(2, 'large topics')
         self._count = 0
         self._scheduled = False
         self._closing = False
@@ -69,6 +75,7 @@ class TopicReader:
         self._closing = True
         self._trigger()
         self._thread.join(_END)
+        self._aside.shutdown(wait=False)
 
     def _in_thread(self, work: Callable[[], None]) -> Future[None]:
         done: Future[None] = Future()
@@ -92,6 +99,7 @@ class TopicReader:
         subscription = self._subscriptions.pop(key, None)
         if subscription is not None:
             self._node.destroy_subscription(subscription)
+        self._small.discard(key)
         with self._lock:
             self._read.pop(key, None)
 
@@ -102,14 +110,15 @@ class TopicReader:
         while not self._closing:
             while self._work:
                 self._work.popleft()()
-            subscriptions = list(self._subscriptions.items())
+            subscriptions = [(key, found) for key, found in self._subscriptions.items()
+                             if key not in self._busy]
             if wait_set is None or len(subscriptions) != capacity:
                 capacity = len(subscriptions)
                 with context:
                     wait_set = _rclpy.WaitSet(capacity, 1, 0, 0, 0, 0, context)
             try:
                 self._wait(wait_set, subscriptions)
-            except (InvalidHandle, _rclpy.RCLError):
+            except (InvalidHandle, RuntimeError):  # rclpy's errors are such, too
                 if not self._node.context.ok():
                     return
         for key in list(self._subscriptions):
@@ -127,16 +136,30 @@ class TopicReader:
             wait_set.wait(-1)
             ready = set(wait_set.get_ready_entities('subscription'))
             for key, subscription in subscriptions:
-                if subscription.handle.pointer in ready:
+                if subscription.handle.pointer in ready and key in self._small:
                     self._take(key, subscription)
+                elif subscription.handle.pointer in ready:
+                    self._busy.add(key)
+                    self._aside.submit(self._take_aside, key, subscription)
+
+    def _take_aside(self, key: Any, subscription: Subscription) -> None:
+        """Read what may be large, and takes long, while others are read."""
+        try:
+            with subscription.handle:
+                self._take(key, subscription)
+        except (InvalidHandle, RuntimeError):
+            pass  # it is gone
+        finally:
+            self._busy.discard(key)
+            self._trigger()
 
     def _take(self, key: Any, subscription: Subscription) -> None:
         """Read what has come; of what the other thread has not taken, the newest is kept."""
         for _ in range(max(subscription.qos_profile.depth, 1)):
-            taken = subscription.handle.take_message(subscription.msg_type, True)
-            if taken is None:
+            raw = take(subscription.handle)
+            if raw is None:
                 break
-            raw = taken[0]
+            (self._small.discard if len(raw) >= LARGE else self._small.add)(key)
             with self._lock:
                 waiting = self._read.setdefault(key, deque())
                 if len(waiting) >= (MOST_LARGE if len(raw) >= LARGE else MOST_SMALL):

@@ -22,7 +22,8 @@ def test_a_large_frame_waits_for_its_client_and_a_ping_waits_for_the_frame():
             ServerProtocol(state=State.OPEN), Mock())
         connection.connection_made(transport)
         frame = bytes(range(256)) * 1000
-        writing = asyncio.create_task(connection.write(frame, Turns(4)))
+        writing = asyncio.create_task(
+            connection.write([frame[:100_000], frame[100_000:]], Turns(4)))
         await asyncio.sleep(0)
         connection.pause_writing()  # as the transport does when its buffer is full
         connection.protocol.send_ping(b'here')

@@ -10,7 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
-from armsim_ros.nodes.bridge.conversion.incoming import Now, to_message
+from rclpy.serialization import deserialize_message
+
+from armsim_ros.nodes.bridge.conversion.incoming import Now, serialized
 
 #: From this size on a frame is large [bytes].
 LARGE = 1 << 18
@@ -34,14 +36,23 @@ async def aside(size: int, work: Callable[..., T], *values: Any) -> T:
 
 async def message_of(cls: type[Any], values: Any, now: Now) -> Any:
     """
-    Make a message as :func:`to_message` does.
+    Make a message.
+
+    :raises ConversionError: a field is unknown, or a value does not fit.
+    """
+    return deserialize_message(await serialized_of(cls, values, now), cls)
+
+
+async def serialized_of(cls: type[Any], values: Any, now: Now) -> bytes:
+    """
+    Make a serialized message as :func:`serialized` does.
 
     :raises ConversionError: a field is unknown, or a value does not fit.
     """
     if not _is_large.get():
-        return to_message(cls, values, now)
+        return serialized(cls, values, now)
     stamp = now()  # in this thread
-    return await _run(to_message, cls, values, lambda: stamp)
+    return await _run(serialized, cls, values, lambda: stamp)
 
 
 async def _run(work: Callable[..., T], *values: Any) -> T:

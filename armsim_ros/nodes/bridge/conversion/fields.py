@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from importlib import import_module
+import struct
 from typing import Any, TypeVar
 
 from rosidl_parser.definition import (
@@ -22,10 +23,13 @@ from rosidl_parser.definition import (
 
 T = TypeVar('T')
 
+#: What a serialized message begins with: plain CDR (OMG DDS-XTypes), little-endian. Each value is
+#: aligned to its own size from the end of this on.
+HEAD = b'\x00\x01\x00\x00'
 #: Type of IDL -> letter of its array.
-ARRAY_CODES = {
+CODES = {
     'float': 'f', 'double': 'd', 'int8': 'b', 'uint8': 'B', 'int16': 'h', 'uint16': 'H',
-    'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q',
+    'int32': 'i', 'uint32': 'I', 'int64': 'q', 'uint64': 'Q', 'boolean': '?', 'octet': 'B',
 }
 #: Integer type -> its smallest and largest value.
 INTEGER_RANGES = {
@@ -62,6 +66,7 @@ class FieldType:
     :param message: the class of a message, None for others.
     :param size: of a fixed array, or the most values of a bounded sequence; 0 where unbounded.
     :param text_limit: the most characters of a string; 0 where unbounded.
+    :param is_wide: whether it is a wstring.
     """
 
     kind: Kind
@@ -70,16 +75,12 @@ class FieldType:
     message: type[Any] | None = None
     size: int = 0
     text_limit: int = 0
+    is_wide: bool = False
 
     @property
     def is_bytes(self) -> bool:
         """Whether it is an array of uint8, which JSON has as base64."""
         return self.shape is not Shape.SINGLE and self.basic == 'uint8'
-
-    @property
-    def is_numeric_array(self) -> bool:
-        """Whether Python has it as an array of machine numbers."""
-        return self.shape is not Shape.SINGLE and self.basic in ARRAY_CODES
 
 
 def per_type(make: Callable[[type[Any]], T]) -> Callable[[type[Any]], T]:
@@ -100,6 +101,18 @@ def fields_of(cls: type[Any]) -> Mapping[str, FieldType]:
     """Return the fields of a message class in the order of its definition."""
     names = cls.get_fields_and_field_types()
     return {name: _field_type(slot) for name, slot in zip(names, cls.SLOT_TYPES, strict=False)}
+
+
+@per_type
+def flat_layout(cls: type[Any]) -> struct.Struct | None:
+    """Return the layout of a class of numbers of the same size, as a point is; else None."""
+    fields = fields_of(cls).values()
+    if any(kind.kind not in (Kind.INTEGER, Kind.FLOAT) or kind.shape is not Shape.SINGLE
+           for kind in fields):
+        return None
+    codes = [CODES[kind.basic] for kind in fields]
+    return struct.Struct('<' + ''.join(codes)) if len(
+        {struct.calcsize(code) for code in codes}) == 1 else None
 
 
 def type_name(cls: type[Any]) -> str:
@@ -134,7 +147,8 @@ def _field_type(slot: Any) -> FieldType:
         return FieldType(kinds.get(basic, Kind.INTEGER), shape, basic, size=size)
     if isinstance(slot, (AbstractString, AbstractWString)):
         limit = getattr(slot, 'maximum_size', 0)
-        return FieldType(Kind.TEXT, shape, size=size, text_limit=limit)
+        return FieldType(Kind.TEXT, shape, size=size, text_limit=limit,
+                         is_wide=isinstance(slot, AbstractWString))
     assert isinstance(slot, NamespacedType)
     return FieldType(Kind.MESSAGE, shape, message=_message_class(slot), size=size)
 

@@ -14,7 +14,7 @@ import foxglove
 from rclpy.serialization import deserialize_message, serialize_message
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.bridge.conversion.incoming import to_message
+from armsim_ros.nodes.bridge.conversion.incoming import serialized
 from armsim_ros.nodes.bridge.foxglove.schemas import service_schema
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -65,7 +65,7 @@ class Commands:
         kind, encoding, publisher = found
         try:
             publisher.publish(
-                to_message(kind, json.loads(data), self._link.now) if encoding == 'json'
+                serialized(kind, json.loads(data), self._link.now) if encoding == 'json'
                 else deserialize_message(data, kind))
         except Exception as error:  # noqa: BLE001 - no message may end the server
             self._link.node.get_logger().warning(f'foxglove: {publisher.topic_name}: {error}')

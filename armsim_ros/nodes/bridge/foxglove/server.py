@@ -259,9 +259,10 @@ class FoxgloveServer:
         for name, raw in batch:
             topic = self._topics.get(name)
             if topic is not None:
+                content = bytes(raw)
                 if topic.is_latched:
-                    topic.newest = raw
-                topic.channel.log(raw, log_time=now)
+                    topic.newest = content
+                topic.channel.log(content, log_time=now)
 
     def _uses_sim_time(self) -> bool:
         return bool(self._link.node.get_parameter('use_sim_time').value)

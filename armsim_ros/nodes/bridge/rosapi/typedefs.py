@@ -10,7 +10,7 @@ from typing import Any
 from rosapi_msgs.msg import TypeDef
 
 from armsim_ros.nodes.bridge.conversion.fields import fields_of, FieldType, Kind, Shape
-from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.serving.json_text import to_json
 
 #: Type of IDL -> its name in definitions of messages.
@@ -32,7 +32,7 @@ def _classes(cls: type[Any], seen: set[type[Any]]) -> Iterator[type[Any]]:
 
 def _typedef(cls: type[Any]) -> TypeDef:
     found = TypeDef(type=_short_name(cls))
-    defaults = json_values(cls)(cls())
+    defaults = values_of(cls())
     for name, kind in fields_of(cls).items():
         found.fieldnames.append(name)
         found.fieldtypes.append(_field_name(kind))

@@ -3,25 +3,35 @@
 """Messages as JSON and CBOR, and back."""
 
 from base64 import b64decode, b64encode
+import itertools
 import json
 import math
 import zlib
 
 import cbor2
 from control_msgs.action import FollowJointTrajectory
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, PoseStamped
 from hypothesis import given, settings, strategies
 import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterValue
+from rclpy.serialization import deserialize_message, serialize_message
+from rosidl_parser.definition import BasicType, UnboundedWString
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, PointCloud2
 from shape_msgs.msg import SolidPrimitive
 from std_msgs.msg import Float32, Header, Int64, UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import Marker, MeshFile
 
-from armsim_ros.nodes.bridge.conversion.incoming import ConversionError, to_message
-from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values
-from armsim_ros.nodes.bridge.conversion.png import to_png
+from armsim_ros.nodes.bridge.conversion import incoming
+from armsim_ros.nodes.bridge.conversion.incoming import ConversionError, serialized
+from armsim_ros.nodes.bridge.conversion.outgoing import (
+    cbor_values,
+    json_values,
+    to_cbor,
+    values_of,
+)
+from armsim_ros.nodes.bridge.frames import to_png
 from armsim_ros.nodes.serving.json_text import to_json
 
 
@@ -32,7 +42,12 @@ def now():
 
 def filled(cls, values):
     """Return a message with these values."""
-    return to_message(cls, values, now)
+    return deserialize_message(serialized(cls, values, now), cls)
+
+
+def cbor_of(message):
+    """Return what a client of CBOR reads."""
+    return cbor2.loads(to_cbor(cbor_values(type(message))(serialize_message(message))))
 
 
 @pytest.mark.parametrize('cls', [
@@ -42,29 +57,78 @@ def filled(cls, values):
 def test_what_is_sent_can_be_sent_back(cls):
     """A message is the same after JSON and back."""
     message = cls()
-    assert filled(cls, json.loads(to_json(json_values(cls)(message)))) == message
+    assert filled(cls, json.loads(to_json(values_of(message)))) == message
 
 
 def test_json_has_the_forms_of_rosbridge():
     """NaN is null, bytes are base64, a byte list has integers, digits of an int64 are exact."""
-    assert to_json(json_values(JointState)(JointState(position=[1.0, math.nan, math.inf]))) == (
+    assert to_json(values_of(JointState(position=[1.0, math.nan, math.inf]))) == (
         '{"header":{"stamp":{"sec":0,"nanosec":0},"frame_id":""},"name":[],'
         '"position":[1.0,null,null],"velocity":[],"effort":[]}')
     for data in (b'', b'abc', bytes(range(256)) * 2000):
-        assert json.loads(to_json(json_values(Image)(Image(data=data))))['data'] == b64encode(
+        assert json.loads(to_json(values_of(Image(data=data))))['data'] == b64encode(
             data).decode()
     value = ParameterValue(byte_array_value=[b'\x01', b'\xff'])
-    assert json_values(ParameterValue)(value)['byte_array_value'] == [1, 255]
-    assert to_json(json_values(Int64)(Int64(data=2**63 - 1))) == '{"data":9223372036854775807}'
+    assert values_of(value)['byte_array_value'] == [1, 255]
+    assert to_json(values_of(Int64(data=2**63 - 1))) == '{"data":9223372036854775807}'
 
 
 def test_cbor_has_typed_arrays_of_fixed_and_free_length():
     """Little-endian, with the tags of RFC 8746; bytes are bytes."""
     message = CameraInfo(k=np.arange(9.0), d=[0.5])
-    values = cbor2.loads(cbor2.dumps(cbor_values(CameraInfo)(message)))
+    values = cbor_of(message)
     assert (values['k'].tag, values['d'].tag) == (86, 86)
     assert np.frombuffer(values['k'].value, '<f8').tolist() == list(range(9))
-    assert cbor_values(Image)(Image(data=b'abc'))['data'] == b'abc'
+    assert cbor_of(Image(data=b'abc'))['data'] == b'abc'
+
+
+def test_long_parts_are_the_same_in_pieces():
+    """In JSON, in CBOR, and back: bytes, numbers and messages, some of them not finite."""
+    number = itertools.cycle([0.25, -1e300, math.nan])
+    message = Marker(points=[Point(x=next(number), z=1.0) for _ in range(5000)],
+                     mesh_file=MeshFile(data=bytes(range(256)) * 10_000))
+    assert json.loads(to_json(values_of(message)))['mesh_file']['data'] == b64encode(
+        message.mesh_file.data).decode()
+    points = json.loads(to_json(values_of(message)))['points']
+    assert cbor_of(message)['mesh_file']['data'] == bytes(message.mesh_file.data)
+    assert [point['x'] for point in cbor_of(message)['points']] == pytest.approx(
+        [point.x for point in message.points], nan_ok=True)
+    found = filled(Marker, {'points': points}).points
+    assert [point.x for point in found] == pytest.approx(
+        [point.x for point in message.points], nan_ok=True)
+    states = JointState(name=['a'] * 3000, position=np.arange(3000.0), velocity=[math.inf] * 3000)
+    values = json.loads(to_json(values_of(states)))
+    assert values['position'] == list(range(3000))
+    assert (values['name'], values['velocity']) == (['a'] * 3000, [None] * 3000)
+    assert np.frombuffer(cbor_of(states)['position'].value).tolist() == list(range(3000))
+
+
+def test_bytes_of_a_machine_with_another_order_are_read():
+    """The head says which order it is."""
+    assert json_values(Int64)(b'\0\0\0\0' + (5).to_bytes(8, 'big')) == {'data': 5}
+
+
+class Wide:
+    """A class with a text of UTF-16, as the generator of ROS makes it; no package here has any."""
+
+    SLOT_TYPES = (BasicType('uint8'), UnboundedWString(), BasicType('uint8'))
+
+    def __init__(self):
+        self._text = ''
+
+    @classmethod
+    def get_fields_and_field_types(cls):
+        """Return the fields."""
+        return {'before': 'uint8', 'text': 'wstring', 'after': 'uint8'}
+
+
+def test_a_wstring_has_four_bytes_for_each_unit(monkeypatch):
+    """As rosidl_typesupport_fastrtps_c (cdr_serialize of U16String) has it."""
+    monkeypatch.setattr(incoming, 'values_of', lambda _: {'before': 0, 'text': '', 'after': 0})
+    values = {'before': 1, 'text': 'aé\U0001f600', 'after': 2}
+    raw = serialized(Wide, values, now)
+    assert raw == (b'\0\1\0\0\1\0\0\0\4\0\0\0a\0\0\0\xe9\0\0\0\x3d\xd8\0\0\0\xde\0\0\2')
+    assert json_values(Wide)(raw) == values
 
 
 @given(strategies.lists(strategies.one_of(
