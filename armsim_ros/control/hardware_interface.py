@@ -154,6 +154,11 @@ class HardwareInterface(ABC):
         """Interface of a sensor or gpio -> its value."""
         return self.given_states
 
+    @property
+    def resting(self) -> bool:
+        """Whether no drive moves its joint, as far as that is known."""
+        return False
+
     def commands_of(self, owner: str) -> tuple[str, ...]:
         """Return what a joint, sensor, gpio or controller's joint can be commanded by."""
         others = (*self.other_commands, *self.references)

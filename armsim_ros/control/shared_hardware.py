@@ -101,6 +101,11 @@ class HardwarePart(HardwareInterface):
                  if name.rpartition('/')[0] not in self._foreign}
         return {**shown, **self.given_states}
 
+    @property
+    def resting(self) -> bool:
+        """Whether no drive moves its joint, of any part."""
+        return self._shared.hardware.resting
+
     def commands_of(self, owner: str) -> tuple[str, ...]:
         """Return what a joint, sensor, gpio or controller's joint of the robot can do."""
         return () if owner in self._foreign else super().commands_of(owner)

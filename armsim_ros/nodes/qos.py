@@ -144,14 +144,58 @@ class WantedPublisher:
 
         :param time_ns: [ns] of the simulation.
         """
-        if self._publisher.get_subscription_count():
+        if self.count:
             return True
         if not self._latched:
             return False
         last = self._published_ns
         return last is None or not 0 <= time_ns - last < RENEWAL_NS
 
+    @property
+    def count(self) -> int:
+        """Number of subscribers."""
+        return int(self._publisher.get_subscription_count())
+
     def publish(self, message: Any, time_ns: int) -> None:
         """Publish a message of a time [ns]."""
         self._published_ns = time_ns
         self._publisher.publish(message)
+
+
+#: Programs of this package that read joint states when they need them, by their nodes.
+CALM_NODES = frozenset(('move_group', 'servo_node'))
+#: The graph is searched for subscribers when their number changes, and this often [ns].
+GRAPH_PERIOD_NS = 1_000_000_000
+
+
+class CalmSubscribers:
+    """
+    Whether all subscribers of a topic read it when they need it.
+
+    A program that reads states now and then is content with fewer messages while nothing moves.
+
+    :param node: the node that publishes.
+    :param publisher: its publisher of the topic.
+    """
+
+    def __init__(self, node: Node, publisher: Publisher) -> None:
+        self._node = node
+        self._publisher = publisher
+        self._count = -1
+        self._searched_ns = 0
+        self._calm = False
+
+    def __call__(self, time_ns: int) -> bool:
+        """
+        Return whether there are no others.
+
+        :param time_ns: [ns] of the simulation.
+        """
+        count = self._publisher.get_subscription_count()
+        if count != self._count or not 0 <= time_ns - self._searched_ns < GRAPH_PERIOD_NS:
+            self._count, self._searched_ns = count, time_ns
+            known = self._node.get_subscriptions_info_by_topic(self._publisher.topic_name)
+            # Of a subscriber that was just matched the graph may know nothing yet.
+            self._calm = len(known) >= count and all(
+                each.node_name in CALM_NODES for each in known)
+        return self._calm

@@ -248,8 +248,10 @@ class ControlLoop:
         steps, limit = self.steps_per_update, self._until_observed(longest)
         rest = -self._step_in_period % steps
         free = max(0, min(limit - 1, rest))
-        # At rest, what is due now is read in time even where no update can be left out.
-        if free < rest or not self._plan(max(limit, rest + steps + 1), rest):
+        # At rest, what is due now is read in time even where no update can be left out; and one
+        # more update is planned: if it changes and reads nothing, it may be made late, too.
+        more = steps if self.simulation.resting else 0
+        if free < rest or not self._plan(max(limit + more, rest + steps + 1), rest):
             return free
         controllers, planned = self._controllers, self._planned
         reading = controllers.next_reading(0, planned)
@@ -257,7 +259,10 @@ class ControlLoop:
             controllers.read(0)
             reading = controllers.next_reading(0, planned)
         horizon = planned if self._moving else reading
-        free += max(0, min(horizon, (limit - 1 - rest) // steps)) * steps
+        most = (limit - 1 - rest) // steps
+        if not self._moving and horizon > most:
+            return limit - 1
+        free += max(0, min(horizon, most)) * steps
         if free == 0:
             self._end_plan()
         return free

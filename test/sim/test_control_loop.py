@@ -277,6 +277,48 @@ def test_states_are_read_in_the_tick_of_their_time_at_rest(simulation, controlle
     assert read_at == [(t, t) for t in (17_000_000, 37_000_000, 57_000_000)]
 
 
+def test_an_arm_at_rest_is_woken_once_for_each_listener(simulation, controllers):
+    """An update that changes nothing may be made late, with the steps that follow it."""
+    (pacer, clock, _), stop, called = invented_pacer(), threading.Event(), []
+    loop = ControlLoop(simulation, controllers, 500, pacer=pacer)
+    loop.advance(4)
+    controllers.due_ns = 10**12
+
+    def listen(time_ns):
+        called.append((time_ns, controllers.updates[-1][0]))
+        if len(called) == 11:
+            stop.set()
+
+    loop.advance(16)
+    loop.every(10_000_000, listen)
+    before = clock.naps
+    loop.run(stop)
+    assert called[1:] == [(t, t - 2_000_000) for t in range(30_000_000, 130_000_000, 10_000_000)]
+    assert clock.naps - before <= 22
+
+
+def test_an_update_that_reads_states_is_made_in_time_at_rest(simulation, controllers):
+    """The last update before a listener is not put off where states are due in it."""
+    (pacer, clock, _), stop, made_at = invented_pacer(), threading.Event(), []
+    loop = ControlLoop(simulation, controllers, 500, pacer=pacer)
+    loop.advance(10)
+    begin, controllers.due_ns = simulation.time_ns, 10**12
+    due_ns = begin + 18_000_000
+
+    def next_reading(update, updates):
+        return min(updates, max(update, (due_ns - simulation.time_ns) // 2_000_000))
+
+    def update(time_ns, period):
+        if time_ns == due_ns:
+            made_at.append(clock.now)
+            stop.set()
+
+    controllers.next_reading, controllers.update = next_reading, update
+    loop.every(10_000_000, lambda time_ns: None)
+    loop.run(stop)
+    assert made_at == [19_000_000]
+
+
 def test_what_was_handed_over_is_told_once_a_time(loop):
     """It is told when all listeners of a time have been called, not after each of them."""
     handed, told = [], []

@@ -22,6 +22,10 @@ CAPACITY = 256
 """So many samples wait for their reader; then the oldest are dropped."""
 
 
+CALM_RATE = 100.0
+"""So many samples a second of hardware at rest are enough for calm listeners [Hz]."""
+
+
 class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
     """Commands nothing, and takes a sample whenever a sample is due."""
 
@@ -31,7 +35,9 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         """Begin without samples."""
         self._listener: Callable[[], object] | None = None
         self._samples: deque[SampleT] = deque(maxlen=CAPACITY)
-        self._rate = Rate(0.0)
+        self._rate = self._calm_rate = Rate(0.0)
+        self._calm = False
+        self._last_due_ns = -1
 
     @property
     @abstractmethod
@@ -49,7 +55,10 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
 
     def activate(self, time_ns: int) -> None:
         """Begin a new rhythm: that of everything else with this rate."""
-        self._rate = Rate(self.publish_rate, aligned=True)
+        rate = self.publish_rate
+        self._rate = Rate(rate, aligned=True)
+        self._calm_rate = Rate(min(rate, CALM_RATE), aligned=True)
+        self._last_due_ns = -1
 
     def deactivate(self, time_ns: int) -> None:
         """Sample no more; what was sampled can still be taken."""
@@ -57,7 +66,8 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
 
     def update(self, time_ns: int, period: float) -> None:
         """Take a sample if it is due."""
-        if self._rate.due(time_ns):
+        if self._rate_of_now.due(time_ns) and time_ns != self._last_due_ns:
+            self._last_due_ns = time_ns
             self.sample(time_ns)
 
     def sample(self, time_ns: int) -> None:
@@ -66,6 +76,21 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         self._samples.append(self.read(time_ns))
         if self._listener is not None:
             self._listener()
+
+    @property
+    def calm(self) -> bool:
+        """Whether hardware at rest is sampled at ``CALM_RATE`` at most; from any thread."""
+        return self._calm
+
+    @calm.setter
+    def calm(self, calm: bool) -> None:
+        if calm is not self._calm:
+            self._calm = calm
+            self.context.wake()
+
+    @property
+    def _rate_of_now(self) -> Rate:
+        return self._calm_rate if self._calm and self.context.hardware.resting else self._rate
 
     def listen(self, listener: Callable[[], object] | None) -> None:
         """
@@ -78,7 +103,7 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
 
     def next_update(self, time_ns: int) -> int:
         """Return when the next sample is due for the listener [ns]."""
-        due_ns = self._rate.next_due_ns(time_ns) if self._listener is not None else None
+        due_ns = self._rate_of_now.next_due_ns(time_ns) if self._listener is not None else None
         return NEVER_NS if due_ns is None else due_ns
 
     def process_requests(self, time_ns: int) -> None:

@@ -8,49 +8,27 @@ from collections.abc import Mapping, Sequence
 
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import DynamicJointState, InterfaceValue, JointTrajectoryControllerState
-import numpy as np
 from sensor_msgs.msg import JointState
 
-from armsim_ros.arrays import Vector
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
+from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import fill_point
 
 
-class JointStateBuffer:
+def serialized_joint_state(joint_names: Sequence[str], frame_id: str = '') -> SerializedMessage:
     """
-    A message that is created once and refilled.
+    Return a message whose numbers are all positions, then velocities, then efforts.
 
     :param joint_names: (n,).
     :param frame_id: frame in the header.
     """
-
-    def __init__(self, joint_names: Sequence[str], frame_id: str = '') -> None:
-        count = len(joint_names)
-        self.message = JointState(name=list(joint_names))
-        self.message.header.frame_id = frame_id
-        nan = [float('nan')] * count
-        self.message.position, self.message.velocity, self.message.effort = nan, nan, nan
-        self._position = np.frombuffer(self.message.position, dtype=np.float64)
-        self._velocity = np.frombuffer(self.message.velocity, dtype=np.float64)
-        self._effort = np.frombuffer(self.message.effort, dtype=np.float64)
-
-    def fill(
-        self, time_ns: int, position: Vector, velocity: Vector, effort: Vector
-    ) -> JointState:
-        """
-        Write a state into the message and return it.
-
-        :param time_ns: [ns].
-        :param position: (n,) [rad or m]; NaN where there is none, as for the others.
-        :param velocity: (n,) [rad/s or m/s].
-        :param effort: (n,) [N*m or N].
-        """
-        fill_time(self.message.header.stamp, time_ns)
-        self._position[:] = position
-        self._velocity[:] = velocity
-        self._effort[:] = effort
-        return self.message
+    nan = [float('nan')] * len(joint_names)
+    message = JointState(name=list(joint_names), position=nan, velocity=nan, effort=nan)
+    message.header.frame_id = frame_id
+    return SerializedMessage(
+        message, [message.header.stamp],
+        [(message, name) for name in ('position', 'velocity', 'effort')])
 
 
 class DynamicJointStateBuffer:

@@ -61,7 +61,8 @@ class Dispatcher:
     """
 
     def __init__(self, *, leaves_out: bool = True) -> None:
-        self._leaves_out = leaves_out
+        #: Whether messages may be left out.
+        self.leaves_out = leaves_out
         self._queue: deque[Callable[[], object]] = deque()
         self._bell = Bell()
         self._deadlines: list[tuple[float, Callable[[], object]]] = []
@@ -78,7 +79,7 @@ class Dispatcher:
 
         Of more than that the oldest are not made. They are made after ``wake``.
         """
-        if not self._leaves_out:
+        if not self.leaves_out:
             return self._queue.append
         return _Bounded(self._queue, depth).post
 

@@ -57,6 +57,9 @@ _WATCH_PERIOD = 0.1
 #: A slow start may hold up the loop so long without making simulated time late for good [ns].
 _LONGEST_START_NS = 3_000_000_000
 _DIAGNOSTICS_PERIOD = 1.0
+#: Simulated time starts at a multiple of this [ns], so that what is due at the same rate, such as
+#: updates and /clock, is due in the same step.
+_START_NS = 10_000_000
 #: More time than any delay [ns].
 _ALL = 10**18
 
@@ -140,7 +143,7 @@ class SimulationProgram:
             if not self._stop_wanted():
                 prefer_latency()
                 if not simulation.deterministic:
-                    self._clock.reset(time.time_ns())
+                    self._clock.reset(time.time_ns() // _START_NS * _START_NS)
                 self._time.update()
                 self._control.start()
                 executor.start()

@@ -19,6 +19,8 @@ CollisionTest = Callable[[Vector], bool]
 """Tests whether a robot state (n,) touches anything."""
 
 
+#: Visits of pairs by managers that cost as much as a comparison of two boxes on the same joint.
+PAIRS_OF_A_JOINT = 10
 _NOT_CONVEX = (coal.BVHModelBase, coal.OcTree, coal.Plane)
 
 
@@ -27,10 +29,11 @@ class BroadPhase:
     A set of placed shapes and the pairs of them that are checked.
 
     Owns Pinocchio's geometry model, its data and the broad phase manager together, because the
-    manager and the data hold bare pointers into the model. The manager is coal's naive manager
-    behind Pinocchio's tree: measured against plain pairwise checks the array-based trees and
-    sweep and prune lose collisions, and the naive manager is the fastest of those that do not.
-    Like all of Pinocchio's managers it leaves out pairs of shapes on the same joint.
+    manager and the data hold bare pointers into the model. The manager is coal's naive manager:
+    measured against plain pairwise checks the array-based trees and sweep and prune lose
+    collisions, and the naive manager is the fastest of those that do not. Pairs of shapes on the
+    same joint are left out. Pinocchio's tree of a manager for each joint does not visit them, but
+    each of its managers visits all pairs when a joint has moved: see ``PAIRS_OF_A_JOINT``.
 
     :param model: Pinocchio's kinematic model; also kept alive by its owner.
     :param shapes: (joint, pose (4, 4) on it, coal shape) each.
@@ -44,6 +47,7 @@ class BroadPhase:
     ) -> None:
         self._model = model
         self._shapes = list(shapes)
+        self._joints = np.array([joint for joint, _, _ in self._shapes], dtype=np.intp)
         self._pairs = pairs
         self._margins = margins
         self._active: Mask | None = None
@@ -72,6 +76,8 @@ class BroadPhase:
             )
         self._geometry.setCollisionPairs(self._pairs)
         self._geometry_data = pin.GeometryData(self._geometry)
+        pairs = [(pair.first, pair.second) for pair in self._geometry.collisionPairs]
+        self._pair_table = np.array(pairs, dtype=np.intp).reshape(-1, 2)
         # Pinocchio has GJK begin where it ended the last time. From far away it then loses
         # contacts, such as that of two boxes about a common centre.
         plain, guessing = contact_request(False), contact_request(True)
@@ -80,9 +86,13 @@ class BroadPhase:
                              for number in (pair.first, pair.second))
             self._geometry_data.collisionRequests[k] = guessing if convex else plain
             self._geometry_data.distanceRequests[k] = coal.DistanceRequest()
-        self._manager = pin.TreeBroadPhaseManager_NaiveCollisionManager(
-            self._model, self._geometry, self._geometry_data
-        )
+        of_joints = np.bincount(self._joints)
+        idle = int((of_joints * (of_joints - 1)).sum()) // 2
+        visits = (int(self._model.njoints) - 1) * len(self._geometry.collisionPairs)
+        manager = (pin.TreeBroadPhaseManager_NaiveCollisionManager
+                   if PAIRS_OF_A_JOINT * idle > visits else
+                   pin.BroadPhaseManager_NaiveCollisionManager)
+        self._manager = manager(self._model, self._geometry, self._geometry_data)
         self._first_touch = pin.CollisionCallBackDefault(
             self._geometry, self._geometry_data, True)
         self._geometry_data.setSecurityMargins(self._geometry, self._margins)
@@ -107,8 +117,9 @@ class BroadPhase:
         if self._manager is None:
             self._build()
         if active is not self._active:
-            self._geometry_data.setActiveCollisionPairs(self._geometry, active)
-            self._looked_at = np.array(self._geometry_data.activeCollisionPairs, dtype=bool)
+            apart = self._joints[:, None] != self._joints
+            self._geometry_data.setActiveCollisionPairs(self._geometry, active & apart)
+            self._looked_at = active[tuple(self._pair_table.T)]
             self._active = active
 
     def test(self) -> CollisionTest:
@@ -206,20 +217,18 @@ class BroadPhase:
 
     def _bound_shapes(self) -> tuple[list[int], NDArray[np.intp], Matrix]:
         """
-        Put a sphere around each of g shapes, and note the pairs of shapes.
+        Put a sphere around each of g shapes.
 
         :returns: the joints that carry shapes, which of those carries each shape (g,), and the
             centres (g, 4, 1) of the spheres on them.
         """
-        pairs = [(pair.first, pair.second) for pair in self._geometry.collisionPairs]
-        self._pair_table = np.array(pairs, dtype=np.intp).reshape(-1, 2)
         centres, radii = np.ones((len(self._shapes), 4, 1)), np.zeros(len(self._shapes))
         for number, (_, pose, shape) in enumerate(self._shapes):
             shape.computeLocalAABB()
             centres[number, :3, 0] = pose[:3, :3] @ shape.aabb_center + pose[:3, 3]
             radii[number] = shape.aabb_radius
         self._radii = radii[self._pair_table].sum(axis=1)
-        joints, places = np.unique([joint for joint, _, _ in self._shapes], return_inverse=True)
+        joints, places = np.unique(self._joints, return_inverse=True)
         return [int(joint) for joint in joints], places, centres
 
     def pose(self, number: int) -> Matrix:

@@ -92,7 +92,7 @@ class FingerContacts:
                 if item.mass is not None}
         return {
             name: gripper
-            for gripper in self._grippers
+            for gripper in self._grippers if free
             for name in _between(gripper, self.contacts(gripper))
             if name in free
         }

@@ -280,6 +280,46 @@ def test_no_update_is_made_for_samples_that_nobody_wants(rig):
     assert states.next_update(0) == NEVER_NS
 
 
+def test_calm_listeners_get_fewer_samples_of_an_arm_at_rest(rig, monkeypatch):
+    """Every second update is left out, as long as no drive moves and no other listener came."""
+    monkeypatch.setattr('armsim_ros.control.broadcasters.broadcaster.CALM_RATE', 50.0)
+    r = rig()
+    states = broadcaster(r, publish_rate=100)
+    counts = []
+    for calm, resting in ((True, True), (True, False), (True, True), (False, True)):
+        states.calm = calm
+        monkeypatch.setattr(type(r.hardware), 'resting', resting)
+        r.step(2)
+        samples(states)
+        r.step(10)
+        counts.append(len(samples(states)))
+    assert counts == [5, 10, 5, 10]
+
+
+def test_a_sample_is_not_taken_twice_because_its_listener_is_not_calm_any_more(rig, monkeypatch):
+    """The rates take turns without two samples of a time."""
+    r = rig()
+    states = broadcaster(r, publish_rate=100)
+    monkeypatch.setattr(type(r.hardware), 'resting', True)
+    r.step(2)
+    samples(states)
+    time_ns = r.now_ns
+    for calm in (True, False):
+        states.calm = calm
+        states.update(time_ns, 0.01)
+    assert [sample.time_ns for sample in samples(states)] == [time_ns]
+
+
+def test_a_rate_that_is_slow_already_stays_as_it_is(rig, monkeypatch):
+    """Calm listeners are no reason for more samples."""
+    r = rig()
+    states = broadcaster(r, publish_rate=50)
+    states.calm = True
+    monkeypatch.setattr(type(r.hardware), 'resting', True)
+    r.step(10)
+    assert len(samples(states)) == 5
+
+
 def test_rate_starts_anew_when_time_jumps_back():
     """A reset of simulated time does not silence what is published at a rate."""
     rate = Rate(10.0)

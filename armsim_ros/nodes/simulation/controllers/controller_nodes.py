@@ -183,6 +183,9 @@ class JointStateBroadcasterNode(BroadcasterNode):
         self._joint_states.publish(sample)
         if self._dynamic is not None:
             self._dynamic.publish(sample)
+        if self.dispatcher.leaves_out:
+            self.controller.calm = self._joint_states.calm(sample.time_ns) and not (
+                self._dynamic is not None and self._dynamic.heard)
 
 
 class ActionControllerNode(ControllerNode):

@@ -23,7 +23,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateSnapshot
+from armsim_ros.control.broadcasters.joint_state_broadcaster import (
+    JointStateLayout,
+    JointStateSnapshot,
+)
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
@@ -37,10 +40,10 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.joint_state import (
     DynamicJointStateBuffer,
     fill_controller_state,
-    JointStateBuffer,
+    serialized_joint_state,
 )
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.qos import WantedPublisher
+from armsim_ros.nodes.qos import CalmSubscribers, WantedPublisher
 
 
 class ControllerStatePublisher:
@@ -270,17 +273,17 @@ class JointStates:
     def __init__(self, node: Node, *, local: bool = False) -> None:
         topic = '~/joint_states' if local else 'joint_states'
         self._publisher = node.create_publisher(JointState, topic, qos.STATE)
-        self._names: tuple[str, ...] = ()
-        self._buffer = JointStateBuffer(())
+        self._layout: JointStateLayout | None = None
+        #: Whether its subscribers need no more than the present state.
+        self.calm = CalmSubscribers(node, self._publisher)
 
     def publish(self, sample: JointStateSnapshot) -> None:
         """Publish a sample."""
-        if sample.names != self._names:
-            self._names = sample.names
-            self._buffer = JointStateBuffer(sample.names, sample.frame_id)
-        self._publisher.publish(
-            self._buffer.fill(sample.time_ns, sample.position, sample.velocity, sample.effort)
-        )
+        if sample.layout is not self._layout:
+            self._layout = sample.layout
+            self._message = serialized_joint_state(sample.names, sample.frame_id)
+        self._message.set_numbers(sample.values[sample.layout.slots].ravel())
+        self._publisher.publish(self._message.at(sample.time_ns))
 
 
 class DynamicJointStates:
@@ -296,6 +299,11 @@ class DynamicJointStates:
         self._publisher = WantedPublisher(node, DynamicJointState, topic, qos.STATE)
         self._interfaces: dict[str, tuple[str, ...]] = {}
         self._buffer = DynamicJointStateBuffer({})
+
+    @property
+    def heard(self) -> bool:
+        """Whether there are subscribers."""
+        return bool(self._publisher.count)
 
     def publish(self, sample: JointStateSnapshot) -> None:
         """Publish a sample."""
