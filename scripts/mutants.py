@@ -8,8 +8,9 @@ Change the package in random places and report the changes that no test notices.
 
 The tests run once with coverage, which takes a while and is repeated only when the tree has
 changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
-execute its line: first those of the mirrored folder, then the quickest, until one fails or the
-time is used up. The mutations are those of cosmic-ray.
+execute its line (or, of a line that the import executes, any line of its file): first those of
+the mirrored folder, then the quickest, until one fails or the time is used up. The mutations are
+those of cosmic-ray.
 """
 
 from __future__ import annotations
@@ -237,7 +238,11 @@ def _test(place: Place, covering: Mapping[tuple[str, int], set[str]], budget: fl
     mutated = mutate_code(source, _operators()[place.operator], place.occurrence)
     difference = '\n'.join(difflib.unified_diff(
         source.splitlines(), mutated.splitlines(), lineterm='', n=2))
-    tests, duration = _ordered(covering.get((place.path, place.line), ()), place.path, budget)
+    contexts = covering.get((place.path, place.line))
+    if contexts is not None and not contexts:  # executed by the import of the file
+        contexts = set().union(*(found for (name, _), found in covering.items()
+                                 if name == place.path))
+    tests, duration = _ordered(contexts or (), place.path, budget)
     if not tests:
         return Outcome(place, 'uncovered', difference, 0, 0.0)
     begin = time.monotonic()

@@ -42,6 +42,15 @@ def test_scalars(text, value):
     assert parse_yaml(f'a: {text}', 'f.yaml').plain() == {'a': value}
 
 
+@pytest.mark.parametrize(('text', 'value'), [
+    ('!!float 3', 3.0), ('!!float 3.5', 3.5), ('!!int 3', 3), ('!!bool true', True),
+    ('!!str 3', '3'), ('!!null ~', None)])
+def test_a_tag_decides_the_type(text, value):
+    """Only a float is made of another number."""
+    found = parse_yaml(f'a: {text}', 'f.yaml').plain()['a']
+    assert (found, type(found)) == (value, type(value))
+
+
 def test_merge_keys_and_aliases():
     """Aliases repeat a value, '<<' lays blocks over each other, own keys win."""
     text = 'base: &b {x: 1, y: 2}\nother: {<<: *b, y: 3}\nsame: *b\n'
