@@ -184,9 +184,15 @@ def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> Y
     return node.with_value({**node.entries, 'update_rate': node_of(taken, rate.place)})
 
 
+#: Parameters that only controllers have.
+_OF_CONTROLLERS = ('joint', 'joints', 'command_interfaces', 'state_interfaces')
+
+
 def _controllers(draft: ConfigDraft, published: bool) -> tuple[ControllerSettings, ...]:
+    # In a published file a block without a type may be that of another node.
     found = [read_controller(name, node, draft.problems, published=published)
-             for name, node in draft.section('controllers').entries.items()]
+             for name, node in draft.section('controllers').entries.items()
+             if not published or {'type', *_OF_CONTROLLERS} & set(node.entries)]
     return tuple(entry for entry in found if entry is not None)
 
 

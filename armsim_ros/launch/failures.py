@@ -75,13 +75,19 @@ class MissingArgumentsError(ArmsimError):
                 for name, choices in self.arguments]
 
 
-def missing_module_text(module: str, sources: Path | None = None) -> str:
+def missing_module_text(module: str, sources: Path | None = None,
+                        package: Path | None = None) -> str:
     """
     Return what to do about a Python module that a program lacks.
 
-    :param sources: folder of the package that is to hold it, where the workspace has that.
+    :param sources: folder of the module that is to hold it, where the workspace has that.
+    :param package: folder of the ROS package of its name, where the workspace has that.
     """
     top, *rest = module.split('.')
+    if package is not None and any((package / kind).is_dir() for kind in ('msg', 'srv', 'action')):
+        return (f"Python module '{module}' is missing: the messages of '{package}' are not built; "
+                "link that folder into interfaces/ of armsim_ros's source tree and run `make env` "
+                'there, or build the workspace with colcon in a ROS installation')
     if rest and sources is not None:
         others = sorted(file.name for file in sources.joinpath(*rest[:-1]).glob(f'{rest[-1]}.*'))
         return (f"Python module '{module}' is missing in '{sources}' itself"

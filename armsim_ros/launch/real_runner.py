@@ -238,8 +238,9 @@ class ProcessRunner:
             self._report.log(level, f'process has died [pid {ended.pid}, exit code {status}, cmd '
                              f"'{words}']", ended.name)
             if ended.missing_module:
-                module = ended.missing_module
-                text = missing_module_text(module, current_lookup().module(module.split('.')[0]))
+                lookup, name = current_lookup(), ended.missing_module.split('.')[0]
+                text = missing_module_text(
+                    ended.missing_module, lookup.module(name), lookup.find(name))
                 self._report.log('ERROR', text, ended.name)
         if not self._stopping:
             self._lost.ended(ended.start.action, spec, ended.name, status)

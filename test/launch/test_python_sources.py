@@ -192,6 +192,19 @@ def test_ros2_run_starts_a_program_of_a_source_package(package):
     assert 'ran word' in program.text
 
 
+def test_messages_that_are_not_built_are_named_with_the_remedy(package):
+    """A program that imports messages of the workspace is answered with how to build them."""
+    nodes = package('nodes')
+    (nodes / 'scripts').mkdir()
+    (nodes / 'scripts' / 'asks.py').write_text('from own_msgs.srv import Ask\n')
+    own = package('own_msgs', srv__Ask_dot_srv='---\n')
+    file = nodes / 'it.launch.xml'
+    file.write_text('<launch><node pkg="nodes" exec="asks.py"/></launch>')
+    with Program.module('armsim_ros', 'launch', str(file)) as program:
+        program.wait(60.0)
+    assert f"the messages of '{own}' are not built; link that folder" in program.text
+
+
 def test_programs_of_sources_find_packages_in_the_ament_index(package):
     """
     A program finds its package's data as after a build, and so do programs of the launch file.

@@ -213,10 +213,6 @@ def stand_in_for(kind: str) -> StandIn | None:
     return next((stand_in for stand_in in STAND_INS if stand_in.pattern.fullmatch(kind)), None)
 
 
-#: Parameters that only controllers have.
-_INTERFACES = {'joint', 'joints', 'command_interfaces', 'state_interfaces'}
-
-
 def allowed_types() -> tuple[str, ...]:
     """Return every type that a user may write."""
     return (*PARAMETERS, *ROS1_TYPES)
@@ -233,8 +229,6 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
     """
     title = f"controller '{name}'"
     kind = node.get('type')
-    if kind is None and published and not _INTERFACES & set(node.entries):
-        return None  # the block of another node
     if kind is None or not isinstance(kind.value, str):
         problems.append(Problem(f'{title} has no type', (kind or node).place,
                                 ', '.join(allowed_types()), f"add 'type:' to '{name}'"))

@@ -127,6 +127,12 @@ def test_nothing_describes_it():
         found()
 
 
+def test_a_file_without_a_type_is_refused(file):
+    """A spawner's file that gives only parameters of the node names no controller."""
+    with pytest.raises(ConfigError, match="controller 'arm' has no type"):
+        found(arm__params_file=[file('arm: {ros__parameters: {use_sim_time: true}}\n')])
+
+
 def test_a_type_of_a_plugin_that_is_not_offered_is_named(file):
     """A file whose only fault is an unknown type is refused with that type's name."""
     path = file('/left/arm: {ros__parameters: {type: my_robot/RobotController, joints: [a]}}\n')
