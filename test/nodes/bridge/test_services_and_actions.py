@@ -89,6 +89,26 @@ def test_a_call_that_fails_has_one_answer(talk, served, call, text):
     assert text in answer['values']
 
 
+def test_a_call_ends_with_its_time_or_its_server(talk, peer):
+    """The values say which; calls of a client do not wait for each other."""
+    async def wait(_, response):
+        await Future()
+        return response
+
+    service = peer.create_service(SetBool, '/slow', wait, callback_group=ReentrantCallbackGroup())
+    client = talk()
+    client.send('call_service', service='/slow', id='gone')
+    client.send('call_service', service='/slow', id='late', timeout=0.3)
+    assert client.call('/rosapi/get_time', id='meanwhile')['id'] == 'meanwhile'
+    late = client.until('service_response')
+    assert (late['id'], late['result'], late['values']) == (
+        'late', False, '/slow: no answer within 0.3 s')
+    peer.destroy_service(service)  # its answer stays away
+    gone = client.until('service_response')
+    assert (gone['id'], gone['result']) == ('gone', False)
+    assert gone['values'] == '/slow: the server has gone without an answer'
+
+
 def test_a_client_serves_a_service(talk, peer):
     """A caller in ROS gets the client's answer, and default values once it is gone."""
     client = talk()
@@ -137,6 +157,30 @@ def test_a_goal_is_cancelled_over_another_connection(talk, served):
     second.send('cancel_action_goal', action='/look', id='far')
     answer = first.until('action_result')
     assert (answer['status'], answer['result']) == (5, True)
+
+
+def test_an_id_of_several_clients_cancels_no_goal_of_another(talk, served):
+    """Each process of roslibpy counts from 1; the own goal comes first."""
+    clients = [talk() for _ in range(2)]
+    for client in clients:
+        client.send('send_action_goal', action='/look', action_type=ACTION, id='1', feedback=True,
+                    args={'target_frame': 'wait'})
+        client.until('action_feedback')
+    third = talk()
+    third.send('set_level', level='warning')
+    assert "several clients have a goal with id '1'" in third.ask_status(
+        'cancel_action_goal', action='/look', id='1')
+    clients[0].send('cancel_action_goal', action='/look', id='1')
+    assert clients[0].until('action_result')['status'] == 5
+
+
+def test_the_status_of_an_action_is_a_topic(talk, served):
+    """Hidden and latched; its type is that of the graph."""
+    client = talk()
+    client.send('send_action_goal', action='/look', action_type=ACTION, id='seen')
+    client.until('action_result')
+    client.send('subscribe', topic='/look/_action/status')
+    assert client.until('publish')['msg']['status_list'][-1]['status'] == 4
 
 
 @pytest.mark.parametrize(('fields', 'text'), [
