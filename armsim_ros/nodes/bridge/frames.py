@@ -31,8 +31,11 @@ _SIGNATURE = b'\x89PNG\r\n\x1a\n'
 _DEPTH, _RGB = 8, 2
 _numbers = itertools.count(1)
 
+#: Of a frame, or of several; they are sent in turn.
+Part = bytes | memoryview
 
-def to_frame(*payload: bytes, binary: bool = False) -> list[bytes]:
+
+def to_frame(*payload: Part, binary: bool = False) -> list[Part]:
     """
     Return a frame of a server, which is not masked (RFC 6455, section 5.2).
 
@@ -48,7 +51,7 @@ def to_frame(*payload: bytes, binary: bool = False) -> list[bytes]:
     return [head, *payload] if size > _SMALL else [b''.join((head, *payload))]
 
 
-def text_frames(message: Any, fragment_size: int = 0, compression: str = 'none') -> list[bytes]:
+def text_frames(message: Any, fragment_size: int = 0, compression: str = 'none') -> list[Part]:
     """
     Return the frames of a message in JSON, as a picture where ``compression`` is png.
 
