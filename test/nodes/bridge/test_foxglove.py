@@ -178,6 +178,19 @@ def test_foreign_pages_are_refused(bridge, headers, status):
     connection.close()
 
 
+def test_the_graph_is_published(viewer, peer):
+    """Which nodes publish a topic, as long as a client wants it."""
+    publisher = peer.create_publisher(String, '/linked', 1)
+    viewer.send('subscribeConnectionGraph')
+    deadline = time.monotonic() + PATIENCE
+    while {'name': '/linked', 'publisherIds': ['/peer']} not in viewer.wait_for(
+            lambda message: isinstance(message, dict) and message['op'] == 'connectionGraphUpdate'
+            )['publishedTopics']:
+        assert time.monotonic() < deadline
+    viewer.send('unsubscribeConnectionGraph')
+    peer.destroy_publisher(publisher)
+
+
 def test_assets_are_those_of_the_robot(viewer):
     """Anything else is an error: other files, other schemes."""
     for number, uri in enumerate(('file:///etc/hostname', 'package://none/meshes/link.stl')):

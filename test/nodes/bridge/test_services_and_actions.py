@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Services and actions in both directions, over a real connection."""
 
+import json
 import threading
 import time
 
@@ -71,6 +72,24 @@ def test_a_service_answers_once_with_the_clients_id(talk, served):
                 'values': {'success': True, 'message': 'switched'}}
     assert client.call('switch', {'data': True}, id=7) == expected
     assert client.call('switch', [True], id=7, type='rosapi/Topics') == expected
+
+
+def test_a_request_may_come_in_fragments_and_its_answer_too(talk):
+    """In any order; the answer in another encoding where the call names one."""
+    client, text = talk(), json.dumps(
+        {'op': 'call_service', 'service': '/rosapi/get_time', 'id': 'whole'})
+    for number in (2, 0, 1):
+        client.send('fragment', id='a', num=number, total=3,
+                    data=text[20 * number:20 * (number + 1) if number < 2 else None])
+    assert client.until('service_response')['id'] == 'whole'
+    client.send('call_service', service='/rosapi/services', fragment_size=100)
+    first = client.receive()
+    parts = [first, *(client.receive() for _ in range(first['total'] - 1))]
+    assert [part['num'] for part in parts] == list(range(first['total']))
+    answer = json.loads(''.join(part['data'] for part in parts))
+    assert '/rosapi/services' in answer['values']['services']
+    client.send('call_service', service='/rosapi/get_time', compression='png')
+    assert client.receive()['op'] == 'png'
 
 
 @pytest.mark.parametrize(('call', 'text'), [
