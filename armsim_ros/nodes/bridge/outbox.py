@@ -15,7 +15,7 @@ from armsim_ros.nodes.bridge.conversion.outgoing import (
     Packed,
     to_cbor,
 )
-from armsim_ros.nodes.bridge.frames import text_frames, to_frame
+from armsim_ros.nodes.bridge.frames import Part, text_frames, to_frame
 
 #: Messages of a topic that wait for a client: of pictures, of others.
 MOST_LARGE, MOST_SMALL = 2, 100
@@ -39,9 +39,9 @@ class Sample:
 
     def __init__(self, kind: type[Any], raw: bytes | memoryview, stamp: tuple[int, int]) -> None:
         self._kind, self.raw, self.stamp = kind, raw, stamp
-        self._frames: dict[tuple[str, str, int], list[bytes]] = {}
+        self._frames: dict[tuple[str, str, int], list[Part]] = {}
 
-    def frames(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+    def frames(self, topic: str, compression: str, fragment_size: int) -> list[Part]:
         """Return the frames that bring it to a client."""
         key = topic, compression, fragment_size
         found = self._frames.get(key)
@@ -49,14 +49,14 @@ class Sample:
             found = self._frames[key] = self._encode(*key)
         return found
 
-    def _encode(self, topic: str, compression: str, fragment_size: int) -> list[bytes]:
+    def _encode(self, topic: str, compression: str, fragment_size: int) -> list[Part]:
         if compression == 'cbor-raw':
             seconds, nanoseconds = self.stamp
-            return to_frame(to_cbor({'op': 'publish', 'topic': topic, 'msg': {
+            return to_frame(*to_cbor({'op': 'publish', 'topic': topic, 'msg': {
                 'secs': seconds, 'nsecs': nanoseconds, 'bytes': Packed(memoryview(self.raw))}}),
                 binary=True)
         if compression == 'cbor':
-            return to_frame(to_cbor({'op': 'publish', 'topic': topic,
+            return to_frame(*to_cbor({'op': 'publish', 'topic': topic,
                                      'msg': cbor_values(self._kind)(self.raw)}), binary=True)
         return text_frames({'op': 'publish', 'topic': topic,
                             'msg': json_values(self._kind)(self.raw)}, fragment_size, compression)
@@ -83,7 +83,7 @@ class Outbox:
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
-        self._answers: deque[list[bytes]] = deque()
+        self._answers: deque[list[Part]] = deque()
         self._answer_bytes = 0
         self._samples: deque[Waiting] = deque()
         self._of: dict[Any, deque[Waiting]] = {}
@@ -92,7 +92,7 @@ class Outbox:
         self.overflows = False
         """Whether an answer was added to others that exceed the limit: nothing is read."""
 
-    def add_answer(self, frames: list[bytes]) -> None:
+    def add_answer(self, frames: list[Part]) -> None:
         """Queue frames that must arrive."""
         self.overflows = self._answer_bytes > self._most_bytes
         self._answers.append(frames)
@@ -126,7 +126,7 @@ class Outbox:
         """Wait until there is something to take."""
         await self._news.wait()
 
-    async def take(self) -> list[bytes]:
+    async def take(self) -> list[Part]:
         """Return the frames of the next message, none where it was dropped meanwhile."""
         if self._answers:
             frames = self._answers.popleft()

@@ -19,6 +19,7 @@ from websockets.http11 import Request, Response
 from websockets.protocol import State
 
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
@@ -64,7 +65,7 @@ class _Connection(ServerConnection):
         self.pending.discard(self)
         super().connection_lost(exc)
 
-    async def write(self, frames: Sequence[bytes], turns: Turns) -> None:
+    async def write(self, frames: Sequence[Part], turns: Turns) -> None:
         """
         Write the parts of frames, in pieces where they are large, as the client takes them.
 

@@ -12,6 +12,7 @@ from typing import Any
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.outbox import Sample
@@ -83,7 +84,7 @@ class Listener:
             if self._timer is None:
                 self._timer = asyncio.get_running_loop().call_at(self._next, self._release)
 
-    def frames(self, sample: Sample) -> list[bytes]:
+    def frames(self, sample: Sample) -> list[Part]:
         """Return the frames that bring a sample to the client."""
         return sample.frames(self.topic, self._merged.compression, self._merged.fragment_size)
 

@@ -82,8 +82,8 @@ class Gate:
             finally:
                 self._open -= 1
         except (OSError, EOFError, asyncio.LimitOverrunError, asyncio.TimeoutError, TimeoutError,
-                ValueError, LookupError, WebSocketException):
-            return  # not HTTP, or the connection has ended
+                ValueError, LookupError, WebSocketException, asyncio.CancelledError):
+            return  # not HTTP, or the connection or the program has ended
         finally:
             writer.close()
 

@@ -117,6 +117,21 @@ def test_a_service_belongs_to_its_client():
     asyncio.run(run())
 
 
+def test_a_client_that_does_not_answer_gives_default_values():
+    """Once its time is over; what it says later is no answer any more."""
+    async def run():
+        link, client = Link(), Client()
+        services = AdvertisedServices(link, 0.01)
+        await services.advertise(client, {'service': '/mine', 'type': 'std_srvs/SetBool'})
+        found = await link.callbacks[0](SetBool.Request(data=True), SetBool.Response())
+        assert found == SetBool.Response()
+        request = await client.sent.get()
+        with pytest.raises(RefusalError, match='no request'):
+            await services.respond(client, {'id': request['id']})
+
+    asyncio.run(run())
+
+
 @pytest.mark.parametrize(('answer', 'outcome'), [
     ({'status': GoalStatus.STATUS_SUCCEEDED, 'result': True}, 'succeed'),
     ({'status': GoalStatus.STATUS_CANCELED, 'result': True}, 'canceled'),

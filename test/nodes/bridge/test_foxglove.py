@@ -178,6 +178,27 @@ def test_foreign_pages_are_refused(bridge, headers, status):
     connection.close()
 
 
+def test_the_graph_is_published(viewer, peer):
+    """Which nodes publish a topic, as long as a client wants it."""
+    publisher = peer.create_publisher(String, '/linked', 1)
+    viewer.send('subscribeConnectionGraph')
+    deadline = time.monotonic() + PATIENCE
+    while {'name': '/linked', 'publisherIds': ['/peer']} not in viewer.wait_for(
+            lambda message: isinstance(message, dict) and message['op'] == 'connectionGraphUpdate'
+            )['publishedTopics']:
+        assert time.monotonic() < deadline
+    viewer.send('unsubscribeConnectionGraph')
+    peer.destroy_publisher(publisher)
+
+
+def test_assets_are_those_of_the_robot(viewer):
+    """Anything else is an error: other files, other schemes."""
+    for number, uri in enumerate(('file:///etc/hostname', 'package://none/meshes/link.stl')):
+        viewer.send('fetchAsset', uri=uri, requestId=number)
+        frame = viewer.wait_for(lambda message: isinstance(message, bytes))
+        assert struct.unpack('<BIB', frame[:6]) == (4, number, 1)
+
+
 def test_reading_offers_no_commands(ros_domain_id, peer, tmp_path):
     """What true means; token and patterns are the bridge's, and topics may be recorded."""
     publisher = peer.create_publisher(String, '/recorded', LATCHED)
@@ -193,15 +214,24 @@ def test_reading_offers_no_commands(ros_domain_id, peer, tmp_path):
         assert not {'clientPublish', 'services'} & set(info['capabilities'])
         assert {'connectionGraph', 'parameters', 'parametersSubscribe', 'assets'} <= set(
             info['capabilities'])
+        peer.declare_parameter('fixed', 1)
+        deadline, values = time.monotonic() + PATIENCE, []
+        while not values:  # the node has to be found first
+            assert time.monotonic() < deadline
+            viewer.send('setParameters', id='set',
+                        parameters=[{'name': '/peer:fixed', 'value': 2}])
+            values = viewer.wait_for(lambda message: isinstance(message, dict)
+                                     and message.get('id') == 'set')['parameters']
+        assert values == [{'name': '/peer:fixed', 'value': 1}]
         channel = viewer.find('/recorded')
         assert list(viewer.offered) == ['/recorded']
         viewer.send('subscribe', subscriptions=[{'id': 1, 'channelId': channel['id']}])
         viewer.wait_for(lambda message: isinstance(message, bytes))
-        viewer.connection.close()
         with pytest.raises((InvalidStatus, OSError)):
             connect(url, subprotocols=['unknown'])
         program.process.send_signal(signal.SIGINT)
         assert program.process.wait(10) == 0
+        assert 'Traceback' not in program.text
     with (tmp_path / 'seen.mcap').open('rb') as file:
         recorded = {channel.topic for _, channel, _ in make_reader(file).iter_messages()}
     assert recorded == {'/recorded'}

@@ -74,7 +74,9 @@ def test_an_object_with_many_short_lists_is_read():
 
 def test_a_large_frame_is_read_as_others_are_but_beside_their_requests():
     """Its text by a decoder that lets others run, its message in a thread."""
-    long = json.dumps({'op': 'publish', 'msg': {'data': [0.5, -3, 'a\n', None, {}] * 100_000}})
+    long = json.dumps({'op': 'publish', 'msg': {'data': [
+        0.5, -3, 'a\n', None, {}, {'x': 1, 'y': '}]'}, {'z': [{'"': 'x' * 2000}]}] * 1000,
+        'points': [{'x': -1e-3, 'y': 2, 'z': 'a'}] * 20_000}})
     assert len(long) > 2_000_000
     threads = set()
 

@@ -4,6 +4,8 @@
 
 import asyncio
 
+import cbor2
+from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from armsim_ros.nodes.bridge.client import Client
@@ -85,6 +87,21 @@ def test_a_forgotten_listener_leaves_nothing():
         outbox.add_sample(listener, sample(b'x'))
     outbox.forget(first)
     assert drained(outbox) == [b'x']
+
+
+def test_ids_of_a_client_share_the_strongest_encoding_which_is_made_once():
+    """Of two clients, too (rosbridge_suite encodes JSON for each)."""
+    listeners = [Listener(Client('', 1 << 20, 30.0, list), '/topic') for _ in range(2)]
+    for listener in listeners:
+        for key, compression in enumerate(('none', 'cbor', 'png')):
+            listener.change(key, Options(compression=compression))
+    message = sample(serialize_message(String(data='text')))
+    frames = [listener.frames(message) for listener in listeners]
+    assert frames[0] is frames[1]
+    assert cbor2.loads(frames[0][0][2:]) == {
+        'op': 'publish', 'topic': '/topic', 'msg': {'data': 'text'}}
+    listeners[0].change(1, None)
+    assert b'"op":"png"' in listeners[0].frames(message)[0]
 
 
 def offered(options, times):

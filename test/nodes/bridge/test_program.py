@@ -2,13 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start and end of the program: ports, tokens, arguments."""
 
+import shutil
 import signal
 import socket
+import ssl
+import subprocess
+import sys
 
 import pytest
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
 
 from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.nodes.bringup.main import bridge_command
@@ -67,6 +72,48 @@ def test_a_taken_port_is_an_error_with_its_cure(ros_domain_id):
             assert program.process.wait(20) == 2
             assert f'port {port} cannot be opened at 127.0.0.1' in program.text
             assert 'port:=0 takes any free port' in program.text
+
+
+def test_another_address_needs_a_token(ros_domain_id):
+    """It is made, and printed with the URL."""
+    with start_program('bridge', ros_domain_id, 'port:=0', 'address:=0.0.0.0') as program:
+        url = program.wait_for_line('rosbridge: ws', 30).partition('rosbridge: ')[2].strip()
+        assert len(url.partition('/?token=')[2]) >= 32
+        port = url.partition('/?')[0].rpartition(':')[2]
+        with pytest.raises(InvalidStatus, match='401'):
+            connect(f'ws://127.0.0.1:{port}')
+
+
+@pytest.mark.skipif(shutil.which('openssl') is None, reason='needs the program openssl')
+def test_a_certificate_makes_wss_and_the_path_is_free(ros_domain_id, tmp_path):
+    """Another path has no websocket."""
+    files = [tmp_path / 'cert.pem', tmp_path / 'key.pem']
+    subprocess.run(['openssl', 'req', '-x509', '-newkey', 'ec', '-pkeyopt',
+                    'ec_paramgen_curve:prime256v1', '-nodes', '-days', '1', '-subj',
+                    '/CN=localhost', '-out', files[0], '-keyout', files[1]], check=True,
+                   capture_output=True)
+    context = ssl.create_default_context(cafile=files[0])
+    context.check_hostname = False
+    with start_program('bridge', ros_domain_id, 'port:=0', 'url_path:=/ros',
+                       f'certfile:={files[0]}', f'keyfile:={files[1]}') as program:
+        url = program.wait_for_line('rosbridge: wss://127.0.0.1:', 30).partition(': ')[2].strip()
+        assert url.endswith('/ros')
+        with connect(url, ssl=context) as connection:
+            connection.send('{}')
+            assert 'op must be one of' in connection.recv(timeout=10)
+        with pytest.raises(InvalidStatus, match='404'):
+            connect(url.removesuffix('/ros'), ssl=context)
+
+
+def test_the_bridge_is_a_client_of_ros_alone():
+    """It imports nothing that simulates, controls or plans."""
+    code = ('import sys, armsim_ros.nodes.bridge.program\n'
+            'print(*{name.split(".")[1] for name in sys.modules if "armsim_ros." in name})')
+    found = subprocess.run([sys.executable, '-c', code], check=True, capture_output=True,
+                           text=True)
+    assert 'nodes' in found.stdout.split()
+    assert not {'config', 'control', 'kinematics', 'model', 'planning', 'servo', 'sim'} & set(
+        found.stdout.split())
 
 
 def test_parameters_of_launch_files_count(ros_domain_id):

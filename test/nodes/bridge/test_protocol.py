@@ -15,6 +15,7 @@ from armsim_ros.nodes.bridge.goals import Goals
 from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
 from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
 from armsim_ros.nodes.bridge.settings import (
     BridgeSettings,
     help_text,
@@ -104,6 +105,13 @@ def test_read_only_lets_nothing_move(op, kind, name, allowed):
     else:
         with pytest.raises(RefusalError, match='read_only'):
             permissions.check(op, kind, name)
+
+
+def test_parameters_have_patterns_of_their_own():
+    """What matches none is not read (rosapi's params_glob)."""
+    link = SimpleNamespace(expand=lambda name: name)
+    with pytest.raises(RefusalError, match='params_glob is \\[/arm:\\*\\]'):
+        asyncio.run(Parameters(link, ('/arm:*',)).get('/move_group:name'))
 
 
 def settings_of(*words):

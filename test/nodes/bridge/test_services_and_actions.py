@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Services and actions in both directions, over a real connection."""
 
+import json
 import threading
 import time
 
@@ -73,6 +74,24 @@ def test_a_service_answers_once_with_the_clients_id(talk, served):
     assert client.call('switch', [True], id=7, type='rosapi/Topics') == expected
 
 
+def test_a_request_may_come_in_fragments_and_its_answer_too(talk):
+    """In any order; the answer in another encoding where the call names one."""
+    client, text = talk(), json.dumps(
+        {'op': 'call_service', 'service': '/rosapi/get_time', 'id': 'whole'})
+    for number in (2, 0, 1):
+        client.send('fragment', id='a', num=number, total=3,
+                    data=text[20 * number:20 * (number + 1) if number < 2 else None])
+    assert client.until('service_response')['id'] == 'whole'
+    client.send('call_service', service='/rosapi/services', fragment_size=100)
+    first = client.receive()
+    parts = [first, *(client.receive() for _ in range(first['total'] - 1))]
+    assert [part['num'] for part in parts] == list(range(first['total']))
+    answer = json.loads(''.join(part['data'] for part in parts))
+    assert '/rosapi/services' in answer['values']['services']
+    client.send('call_service', service='/rosapi/get_time', compression='png')
+    assert client.receive()['op'] == 'png'
+
+
 @pytest.mark.parametrize(('call', 'text'), [
     ({'service': '/swich'}, "no such service; did you mean '/switch'?"),
     ({'service': '/switch', 'args': {'data': 1}}, 'data: expected true or false, got 1'),
@@ -87,6 +106,26 @@ def test_a_call_that_fails_has_one_answer(talk, served, call, text):
     answer = client.receive()
     assert (answer['op'], answer['id'], answer['result']) == ('service_response', 'x', False)
     assert text in answer['values']
+
+
+def test_a_call_ends_with_its_time_or_its_server(talk, peer):
+    """The values say which; calls of a client do not wait for each other."""
+    async def wait(_, response):
+        await Future()
+        return response
+
+    service = peer.create_service(SetBool, '/slow', wait, callback_group=ReentrantCallbackGroup())
+    client = talk()
+    client.send('call_service', service='/slow', id='gone')
+    client.send('call_service', service='/slow', id='late', timeout=0.3)
+    assert client.call('/rosapi/get_time', id='meanwhile')['id'] == 'meanwhile'
+    late = client.until('service_response')
+    assert (late['id'], late['result'], late['values']) == (
+        'late', False, '/slow: no answer within 0.3 s')
+    peer.destroy_service(service)  # its answer stays away
+    gone = client.until('service_response')
+    assert (gone['id'], gone['result']) == ('gone', False)
+    assert gone['values'] == '/slow: the server has gone without an answer'
 
 
 def test_a_client_serves_a_service(talk, peer):
@@ -137,6 +176,30 @@ def test_a_goal_is_cancelled_over_another_connection(talk, served):
     second.send('cancel_action_goal', action='/look', id='far')
     answer = first.until('action_result')
     assert (answer['status'], answer['result']) == (5, True)
+
+
+def test_an_id_of_several_clients_cancels_no_goal_of_another(talk, served):
+    """Each process of roslibpy counts from 1; the own goal comes first."""
+    clients = [talk() for _ in range(2)]
+    for client in clients:
+        client.send('send_action_goal', action='/look', action_type=ACTION, id='1', feedback=True,
+                    args={'target_frame': 'wait'})
+        client.until('action_feedback')
+    third = talk()
+    third.send('set_level', level='warning')
+    assert "several clients have a goal with id '1'" in third.ask_status(
+        'cancel_action_goal', action='/look', id='1')
+    clients[0].send('cancel_action_goal', action='/look', id='1')
+    assert clients[0].until('action_result')['status'] == 5
+
+
+def test_the_status_of_an_action_is_a_topic(talk, served):
+    """Hidden and latched; its type is that of the graph."""
+    client = talk()
+    client.send('send_action_goal', action='/look', action_type=ACTION, id='seen')
+    client.until('action_result')
+    client.send('subscribe', topic='/look/_action/status')
+    assert client.until('publish')['msg']['status_list'][-1]['status'] == 4
 
 
 @pytest.mark.parametrize(('fields', 'text'), [

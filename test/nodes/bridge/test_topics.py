@@ -43,6 +43,19 @@ def test_a_topic_arrives_in_each_encoding(talk, joint_states, compression):
         assert message['msg']['position'] == [1.0, None]
 
 
+def test_a_subscription_may_ask_for_fragments(talk, joint_states):
+    """They bind this subscription alone, and join to its message."""
+    client = talk()
+    client.send('subscribe', topic='/arm/joint_states', fragment_size=64)
+    parts = [client.receive() for _ in range(4)]
+    client.send('unsubscribe', topic='/arm/joint_states')
+    assert {part['op'] for part in parts} == {'fragment'}
+    assert max(len(part['data']) for part in parts) == 64
+    assert ''.join(part['data'] for part in parts[:parts[0]['total']]).startswith(
+        '{"op":"publish","topic":"/arm/joint_states"')
+    assert client.call('/rosapi/nodes')['result'] is True
+
+
 def test_a_latched_topic_reaches_each_new_subscriber_at_once(talk, peer):
     """Also the second client, whose subscription in ROS was there before."""
     publisher = peer.create_publisher(String, '/description', LATCHED)
@@ -63,6 +76,47 @@ def test_a_publication_right_after_advertise_arrives(talk, peer):
     client.send('publish', topic='/in', msg={'data': [1, 2.5]})
     assert arrived.wait(10)
     assert got[0].data.tolist() == [1.0, 2.5]
+
+
+def test_a_latched_publication_waits_for_late_subscribers(talk, peer):
+    """The newest one, as long as its client stays."""
+    client = talk()
+    client.send('advertise', topic='/kept', type='std_msgs/String', latch=True)
+    for word in ('old', 'new'):
+        client.send('publish', topic='/kept', msg={'data': word})
+    client.settle()
+    got, arrived = [], threading.Event()
+    peer.create_subscription(String, '/kept', lambda message: (
+        got.append(message.data), arrived.set()), LATCHED)
+    assert arrived.wait(10)
+    assert got == ['new']
+
+
+def test_publishing_needs_no_advertisement_where_the_type_is_known(talk, peer):
+    """It is that of the graph; elsewhere the client is informed."""
+    got, arrived = [], threading.Event()
+    peer.create_subscription(String, '/typed', lambda message: (
+        got.append(message.data), arrived.set()), 10)
+    client = talk()
+    client.send('publish', topic='/typed', msg={'data': 'text'})
+    assert arrived.wait(10)
+    assert got == ['text']
+    assert client.ask_status('publish', topic='/untyped', msg={}).startswith(
+        'publish /untyped: no such topic')
+
+
+def test_a_subscription_follows_its_publishers(talk, peer):
+    """
+    Made before there was any, it gets what the first has latched.
+
+    rosbridge_suite decides once (subscribers.py, MultiSubscriber).
+    """
+    client = talk()
+    client.send('subscribe', topic='/later', type='std_msgs/String')
+    client.settle()
+    publisher = peer.create_publisher(String, '/later', LATCHED)
+    publisher.publish(String(data='text'))
+    assert client.receive()['msg'] == {'data': 'text'}
 
 
 def test_a_picture_nobody_reads_does_not_hold_others_up(talk, bridge, peer, joint_states):

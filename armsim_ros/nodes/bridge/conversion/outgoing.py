@@ -12,8 +12,8 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator
 from functools import partial
-from io import BytesIO
 from itertools import islice
+import secrets
 import struct
 from typing import Any
 
@@ -45,8 +45,10 @@ CBOR_TAGS = {
 }
 #: From this size on a list, or an array of numbers, is made and encoded in pieces of this size.
 _LONG = 1000
-#: The same of bytes.
-_LONG_BYTES = 1 << 20
+#: From this size on bytes are not copied.
+_LONG_BYTES = 1 << 14
+#: Is in their place until the rest is encoded; no message can contain it.
+_MARK = secrets.token_bytes(16)
 _BYTES, _ARRAY, _TAG = 2, 4, 6
 _count = struct.Struct('<I').unpack_from
 
@@ -70,7 +72,7 @@ def values_of(message: Any) -> Plain:
 
 class Packed:
     """
-    Bytes that are copied in pieces, so that other threads do not wait.
+    Bytes that are not copied.
 
     :param tag: of the value; 0 for none.
     """
@@ -79,9 +81,9 @@ class Packed:
         self.view, self.tag = view, tag
 
 
-def to_cbor(value: Any) -> bytes:
-    """Return a value in CBOR."""
-    file = BytesIO()
+def to_cbor(value: Any) -> list[bytes | memoryview]:
+    """Return a value in CBOR, in parts."""
+    views: list[memoryview] = []
 
     def encode(encoder: Any, part: Any) -> None:
         if isinstance(part, LongList):
@@ -93,13 +95,16 @@ def to_cbor(value: Any) -> bytes:
             if part.tag:
                 encoder.encode_length(_TAG, part.tag)
             encoder.encode_length(_BYTES, len(part.view))
-            for start in range(0, len(part.view), _LONG_BYTES):
-                encoder.write(bytes(part.view[start:start + _LONG_BYTES]))
+            encoder.write(_MARK)
+            views.append(part.view)
         else:
             raise TypeError(f'{type(part).__name__} is not a value of CBOR')
 
-    cbor2.CBOREncoder(file, default=encode).encode(value)
-    return file.getvalue()
+    payload = cbor2.dumps(value, default=encode)
+    if not views:
+        return [payload]
+    first, *others = payload.split(_MARK)
+    return [first, *(part for pair in zip(views, others, strict=True) for part in pair)]
 
 
 def _read_all(cls: type[Any], read: Read, raw: bytes | memoryview) -> Plain:

@@ -47,7 +47,8 @@ def filled(cls, values):
 
 def cbor_of(message):
     """Return what a client of CBOR reads."""
-    return cbor2.loads(to_cbor(cbor_values(type(message))(serialize_message(message))))
+    return cbor2.loads(b''.join(
+        to_cbor(cbor_values(type(message))(serialize_message(message)))))
 
 
 @pytest.mark.parametrize('cls', [
