@@ -30,7 +30,7 @@ def list_files(root: Path, names: Iterable[str]) -> list[Path]:
         top = root / name
         if top.is_file():
             found.append(top)
-        for folder, folders, files in os.walk(top):
+        for folder, folders, files in os.walk(top, followlinks=True):
             folders[:] = sorted(entry for entry in folders if _counts(entry))
             found += [Path(folder, file) for file in sorted(files) if _counts(file)]
     return found
