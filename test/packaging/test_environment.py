@@ -164,7 +164,7 @@ def test_an_environment_of_another_program_is_left_alone(tmp_path, capsys, monke
 
 
 def test_the_hash_follows_content_names_and_modes(tree):
-    """Whatever would be installed differently has another hash."""
+    """Whatever would be installed differently has another hash, in linked folders too."""
     seen = {content_hash(tree, ['code'])}
     (tree / 'code/a.py').write_text('b')
     seen.add(content_hash(tree, ['code']))
@@ -172,7 +172,13 @@ def test_the_hash_follows_content_names_and_modes(tree):
     seen.add(content_hash(tree, ['code']))
     (tree / 'code/a.py').rename(tree / 'code/c.py')
     seen.add(content_hash(tree, ['code']))
-    assert len(seen) == 4
+    (tree / 'own').mkdir()
+    (tree / 'own' / 'b.py').touch()
+    (tree / 'code' / 'linked').symlink_to('../own')
+    seen.add(content_hash(tree, ['code']))
+    (tree / 'own' / 'b.py').write_text('b')
+    seen.add(content_hash(tree, ['code']))
+    assert len(seen) == 6
 
 
 def test_what_builds_leave_behind_does_not_count(tree, tmp_path):
