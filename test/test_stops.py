@@ -135,6 +135,35 @@ def test_a_reset_clears_a_stop(sim):
     assert set(sim.safety.values()) == {'NORMAL'}
 
 
+@pytest.mark.parametrize('watch', ['always', 'never'])
+def test_a_joint_that_is_too_fast_stops_the_arm(watch):
+    """At more than 1.2 times its limit; unless the arm is not watched."""
+    sim = ArmSim('sunday', overrides={'simulation.hardware.watch': watch})
+    sim.step(20)
+    joint = sim.simulation.mujoco_model.joint('sunday/joint_1')
+    fast = 3.0 * sim.model.joints['joint_1'].limits.velocity
+    sim.simulation.mujoco_data.qvel[joint.dofadr[0]] = fast
+    sim.step(2)
+    cause = sim.manager.arm.cause
+    if watch == 'never':
+        assert cause is None
+    else:
+        assert (cause.kind, cause.joint) == ('speed', 'joint_1')
+        assert sim.manager.arm.since_ns <= 22_000_000  # within two control periods
+
+
+def test_a_joint_outside_of_its_bounds_stops_the_arm():
+    """By more than 0.01 rad; the text has position and bound."""
+    sim = ArmSim('sunday', overrides={'simulation.hardware.watch': 'always'})
+    upper = sim.model.joints['joint_1'].limits.upper
+    sim.simulation.set_positions({'joint_1': upper + 0.005})
+    sim.step(5)
+    assert not sim.manager.arm.stopped
+    sim.simulation.set_positions({'joint_1': upper + 0.05})
+    sim.step(5)
+    assert str(sim.manager.arm.cause).startswith("position: joint 'joint_1' ")
+
+
 def hitting(force, torque=0.0):
     """Return an arm that a collision stops, with a block in its way."""
     overrides = {'simulation.hardware.collision.force': force,

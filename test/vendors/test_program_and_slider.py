@@ -208,6 +208,21 @@ def test_a_payload_is_what_the_drives_believe(sim):
     assert np.abs(positions(sim) - start).max() < 1e-4
 
 
+def test_each_link_has_its_payload(sim):
+    """One that is set and taken back at another link leaves the first as it was."""
+    start = positions(sim)
+    sim.simulation.set_payload('link_6', 2.0, (0.0, 0.0, 0.05))
+    sim.run_until(sim.time + 1.0)
+    lifted = positions(sim)
+    sim.simulation.set_payload('link_4', 1.0, (0.1, 0.1, 0.1))
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - lifted).max() > 1e-5
+    sim.simulation.set_payload('link_4', 0.0, (0.0, 0.0, 0.0))
+    sim.run_until(sim.time + 1.0)
+    np.testing.assert_allclose(positions(sim), lifted, atol=2e-6)
+    assert np.abs(lifted - start).max() > 5e-4
+
+
 def test_a_reset_restores_slider_outputs_and_program(sim):
     """After a reset the arm is as at the start."""
     arm = sim.manager.arm
