@@ -126,6 +126,27 @@ def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
     assert path(sim, ARM)[0] == pytest.approx(full, abs=0.02)
 
 
+def test_the_passthrough_controller_moves_the_arm_at_its_pace(sim):
+    """
+    A client's trajectory takes twice the time at half the slider; both cannot be active.
+
+    As ``passthrough_trajectory_controller.cpp`` of ur_controllers (update).
+    """
+    sim.manager.load(SimpleNamespace(
+        name='passthrough', type='ur_controllers/PassthroughTrajectoryController', parameters={
+            'tf_prefix': '', 'joints': JOINTS, 'state_interfaces': ['position', 'velocity'],
+            'speed_scaling_interface_name': PACE}))
+    sim.manager.configure('passthrough')
+    assert not sim.manager.switch(['passthrough']).ok
+    assert sim.manager.switch(['passthrough'], [ARM]).ok
+    assert sim.manager.arm.set_slider(0.5) == ''
+    sim.step(20)
+    begin, goal = sim.time, swing(sim, 'passthrough')
+    sim.run_until(lambda: goal.done)
+    assert goal.status is GoalStatus.SUCCEEDED
+    assert sim.time - begin == pytest.approx(2.0, abs=0.05)
+
+
 @pytest.mark.parametrize('fraction', [0.0, 0.009, 1.01, float('nan')])
 def test_a_slider_outside_of_its_range_is_refused(sim, fraction):
     """A refused fraction names the range and changes nothing."""
