@@ -2,9 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stops of an arm: what ends, how the joints come to rest, and what moves afterwards."""
 
-import random
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -18,9 +15,6 @@ from armsim_ros.trajectory import JointTrajectory
 
 JOINTS = tuple(f'joint_{i}' for i in range(1, 7))
 TURN = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-FORWARD = SimpleNamespace(
-    name='forward', type='forward_command_controller/ForwardCommandController',
-    parameters={'joints': JOINTS, 'interface_name': 'position'})
 
 
 @pytest.fixture
@@ -141,6 +135,35 @@ def test_a_reset_clears_a_stop(sim):
     assert set(sim.safety.values()) == {'NORMAL'}
 
 
+@pytest.mark.parametrize('watch', ['always', 'never'])
+def test_a_joint_that_is_too_fast_stops_the_arm(watch):
+    """At more than 1.2 times its limit; unless the arm is not watched."""
+    sim = ArmSim('sunday', overrides={'simulation.hardware.watch': watch})
+    sim.step(20)
+    joint = sim.simulation.mujoco_model.joint('sunday/joint_1')
+    fast = 3.0 * sim.model.joints['joint_1'].limits.velocity
+    sim.simulation.mujoco_data.qvel[joint.dofadr[0]] = fast
+    sim.step(2)
+    cause = sim.manager.arm.cause
+    if watch == 'never':
+        assert cause is None
+    else:
+        assert (cause.kind, cause.joint) == ('speed', 'joint_1')
+        assert sim.manager.arm.since_ns <= 22_000_000  # within two control periods
+
+
+def test_a_joint_outside_of_its_bounds_stops_the_arm():
+    """By more than 0.01 rad; the text has position and bound."""
+    sim = ArmSim('sunday', overrides={'simulation.hardware.watch': 'always'})
+    upper = sim.model.joints['joint_1'].limits.upper
+    sim.simulation.set_positions({'joint_1': upper + 0.005})
+    sim.step(5)
+    assert not sim.manager.arm.stopped
+    sim.simulation.set_positions({'joint_1': upper + 0.05})
+    sim.step(5)
+    assert str(sim.manager.arm.cause).startswith("position: joint 'joint_1' ")
+
+
 def hitting(force, torque=0.0):
     """Return an arm that a collision stops, with a block in its way."""
     overrides = {'simulation.hardware.collision.force': force,
@@ -179,55 +202,3 @@ def test_equal_runs_stop_in_the_same_step():
         times.append(sim.manager.arm.since_ns)
     assert times[0] > 0
     assert len(set(times)) == 1
-
-
-def begin(kind, sim, chance):
-    """Begin a motion; return what keeps it going, and its goals."""
-    controller, forward = controller_of(sim), sim.manager.controllers['forward']
-    motion = swing(sim, chance.uniform(0.6, 3.0))
-    if kind == 'forward':
-        sim.manager.switch(activate=['forward'], deactivate=['arm_joint_controller'])
-        target = list(motion.positions[0])
-        return lambda: forward.receive(target), ()
-    sim.manager.switch(activate=['arm_joint_controller'], deactivate=['forward'])
-    if kind == 'execution':
-        return (lambda: None), sim.send_trajectory(motion)
-    if kind == 'goal':
-        return (lambda: None), (controller.send_goal(motion).goal,)
-    # As Servo: every command is a point a little ahead of where the last one was.
-    step = (motion.positions[0] - positions(sim)) * 0.02
-    at = [positions(sim)]
-
-    def stream():
-        at[0] = at[0] + step
-        controller.set_trajectory(JointTrajectory(
-            JOINTS, np.array([0.02]), at[0][None], step[None] / 0.02))
-
-    return stream, ()
-
-
-def test_nothing_of_an_old_goal_moves_the_arm_after_a_stop(request):
-    """After stops at random times the arm rests, and stays where it is once they are cleared."""
-    sim = ArmSim('sunday')
-    sim.manager.load(FORWARD)
-    sim.manager.configure('forward')
-    for seed in range(request.config.getoption('--stops')):
-        chance = random.Random(seed)
-        kind = chance.choice(('goal', 'execution', 'stream', 'forward'))
-        keep_going, goals = begin(kind, sim, chance)
-        end = sim.time + chance.uniform(0.0, 1.5)
-        while sim.time < end:
-            keep_going()
-            sim.step(chance.randint(1, 20))
-        sim.protective_stop()
-        for _ in range(25):
-            keep_going()
-            sim.step(20)
-        assert all(goal.done for goal in goals), (seed, kind)
-        rest = positions(sim)
-        if chance.random() < 0.5:
-            keep_going()
-        sim.clear_stop()
-        sim.step(chance.choice((1, 300)))
-        sim.run_until(sim.time + 0.5)
-        assert np.abs(positions(sim) - rest).max() < 1e-3, (seed, kind)

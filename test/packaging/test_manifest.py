@@ -10,6 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 #: What belongs to ROS by its name.
 ENDINGS = ('_msgs', '_srvs', '_interfaces')
 OTHERS = {'rclpy', 'ament_index_python', 'xacro'}
+#: No release of Jazzy has them, so that rosdep has no keys for them.
+UNRELEASED = {'franka_msgs', 'industrial_msgs'}
 
 
 def is_ros(name):
@@ -30,7 +32,7 @@ def imported():
 
 
 def test_the_manifest_names_every_ros_package_that_is_imported_and_no_other():
-    """package.xml depends on each imported ROS package, for rosdep to install, and no other."""
+    """package.xml depends on each imported ROS package that rosdep can install, and no other."""
     manifest = ElementTree.parse(ROOT / 'package.xml').getroot()
     declared = {element.text for element in manifest.iter('exec_depend')}
-    assert set(filter(is_ros, declared)) == imported()
+    assert set(filter(is_ros, declared)) == imported() - UNRELEASED

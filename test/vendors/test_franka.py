@@ -112,13 +112,20 @@ def test_the_collision_behavior_decides_what_stops_the_arm(sim, nodes, topics, f
 
 
 def test_the_wrench_is_what_pushes_the_arm(sim, topics):
-    """20 N along x, and none at all; with the pose of the tool in the arm's base."""
+    """
+    20 N along x, and none at all; with the pose of the tool in the arm's base.
+
+    What the arm does to its environment is positive (robot_state.h of libfranka: O_F_ext_hat_K,
+    tau_ext_hat_filtered).
+    """
     assert np.abs(state(topics).tau_ext_hat_filtered.effort).max() < 0.05
     sim.simulation.apply_wrench('panda_hand', (20.0, 0, 0))
     sim.step(500)
     message = state(topics)
     force = message.o_f_ext_hat_k.wrench.force
-    assert (force.x, force.y, force.z) == pytest.approx((20.0, 0.0, 0.0), abs=0.5)
+    assert (force.x, force.y, force.z) == pytest.approx((-20.0, 0.0, 0.0), abs=0.5)
+    # The push, above the shoulder, would turn it on; what its drive gives holds it back.
+    assert message.tau_ext_hat_filtered.effort[1] == pytest.approx(-4.5, abs=0.2)
     own = message.k_f_ext_hat_k.wrench.force
     assert np.hypot(own.x, own.y) == pytest.approx(20.0, abs=0.7)
     pose = sim.simulation.link_pose('panda_hand_tcp')[:3, 3]
@@ -151,6 +158,73 @@ def test_the_stiffness_of_joints_is_that_of_the_drives(sim, nodes):
         sim.step(500)
         found.append(abs(sim.simulation.state.position[3] - before))
     assert found[1] / found[0] == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_wrench_is_of_the_origin_of_the_stiffness_frame(sim, nodes, topics):
+    """A frame 0.5 m beside a force of 20 N sees its moment as well (O_F_ext_hat_K)."""
+    sim.simulation.apply_wrench('panda_hand', (20.0, 0, 0))
+    sim.step(500)
+    before = state(topics).o_f_ext_hat_k.wrench
+    tool = sim.simulation.link_pose('panda_hand_tcp')
+    frame = np.eye(4)
+    frame[:3, 3] = tool[:3, :3].T @ [0.0, 0.0, 0.5]
+    assert nodes.call('set_stiffness_frame', transformation=frame.T.flatten()).success
+    after = state(topics).o_f_ext_hat_k.wrench
+    assert after.force.x == pytest.approx(before.force.x, abs=0.1)
+    # The force of 20 N acts below the frame; the arm answers with its opposite.
+    assert after.torque.y - before.torque.y == pytest.approx(20.0 * 0.5, abs=0.3)
+
+
+def test_the_wrench_is_zero_in_a_singularity(sim, topics):
+    """Where the tool cannot move in some direction it cannot be told from the torques."""
+    sim.simulation.set_positions(dict.fromkeys(JOINTS, 0.0) | {
+        'panda_joint3': 1.57, 'panda_joint4': -1.57, 'panda_joint6': 3.14})
+    sim.simulation.apply_wrench('panda_hand', (0, 20.0, 0))
+    sim.step(2)
+    message = state(topics)
+    assert np.abs(message.tau_ext_hat_filtered.effort).max() > 1.0
+    force = message.o_f_ext_hat_k.wrench.force
+    assert (force.x, force.y, force.z) == (0.0, 0.0, 0.0)
+
+
+def test_masses_are_those_of_end_effector_and_load(sim, nodes, topics):
+    """
+    In the axes of the flange, at the centre of mass.
+
+    As ``combineCenterOfMass`` and ``combineInertiaTensor`` (load_calculations.cpp of libfranka).
+    """
+    hand = state(topics).inertia_ee
+    links = [sim.simulation.mujoco_model.body(f'panda/{name}') for name in (
+        'panda_leftfinger', 'panda_rightfinger')]
+    assert hand.inertia.m > sum(float(link.mass[0]) for link in links)
+    assert state(topics).inertia_total.inertia == hand.inertia
+    inertia = np.diag([0.01, 0.02, 0.03])
+    assert nodes.call('set_load', mass=2.0, center_of_mass=[0.0, 0.0, 0.2],
+                      load_inertia=inertia.flatten()).success
+    message = state(topics)
+    load, total = message.inertia_load.inertia, message.inertia_total.inertia
+    assert (load.m, load.com.z, load.iyy) == (2.0, 0.2, 0.02)
+    assert total.m == pytest.approx(hand.inertia.m + 2.0)
+    centre = (hand.inertia.m * hand.inertia.com.z + 2.0 * 0.2) / total.m
+    assert total.com.z == pytest.approx(centre)
+    reduced = hand.inertia.m * 2.0 / total.m
+    way = 0.2 - hand.inertia.com.z, hand.inertia.com.y, hand.inertia.com.x
+    assert total.ixx == pytest.approx(
+        hand.inertia.ixx + 0.01 + reduced * (way[0]**2 + way[1]**2))
+
+
+def test_a_collision_is_indicated_until_the_arm_has_recovered(sim, nodes, topics):
+    """The indicator of a joint stays when the push is over (robot_state.h: joint_collision)."""
+    sim.simulation.apply_wrench('panda_hand', (0, 0, -100.0))
+    sim.run_until(lambda: sim.manager.arm.stopped)
+    sim.simulation.apply_wrench('panda_hand', (0, 0, 0))
+    sim.step(500)
+    message = state(topics)
+    assert max(message.collision_indicators.is_joint_collision) == 1.0
+    assert np.abs(message.tau_ext_hat_filtered.effort).max() < 1.0
+    assert sim.manager.arm.clear_stop() == ''
+    sim.step(20)
+    assert max(state(topics).collision_indicators.is_joint_collision) == 0.0
 
 
 @pytest.mark.parametrize(('cause', 'errors'), [

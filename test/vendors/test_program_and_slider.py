@@ -126,6 +126,27 @@ def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
     assert path(sim, ARM)[0] == pytest.approx(full, abs=0.02)
 
 
+def test_the_passthrough_controller_moves_the_arm_at_its_pace(sim):
+    """
+    A client's trajectory takes twice the time at half the slider; both cannot be active.
+
+    As ``passthrough_trajectory_controller.cpp`` of ur_controllers (update).
+    """
+    sim.manager.load(SimpleNamespace(
+        name='passthrough', type='ur_controllers/PassthroughTrajectoryController', parameters={
+            'tf_prefix': '', 'joints': JOINTS, 'state_interfaces': ['position', 'velocity'],
+            'speed_scaling_interface_name': PACE}))
+    sim.manager.configure('passthrough')
+    assert not sim.manager.switch(['passthrough']).ok
+    assert sim.manager.switch(['passthrough'], [ARM]).ok
+    assert sim.manager.arm.set_slider(0.5) == ''
+    sim.step(20)
+    begin, goal = sim.time, swing(sim, 'passthrough')
+    sim.run_until(lambda: goal.done)
+    assert goal.status is GoalStatus.SUCCEEDED
+    assert sim.time - begin == pytest.approx(2.0, abs=0.05)
+
+
 @pytest.mark.parametrize('fraction', [0.0, 0.009, 1.01, float('nan')])
 def test_a_slider_outside_of_its_range_is_refused(sim, fraction):
     """A refused fraction names the range and changes nothing."""
@@ -206,6 +227,21 @@ def test_a_payload_is_what_the_drives_believe(sim):
     sim.simulation.set_payload('link_6', 0.0, (0.0, 0.0, 0.0))
     sim.run_until(sim.time + 1.0)
     assert np.abs(positions(sim) - start).max() < 1e-4
+
+
+def test_each_link_has_its_payload(sim):
+    """One that is set and taken back at another link leaves the first as it was."""
+    start = positions(sim)
+    sim.simulation.set_payload('link_6', 2.0, (0.0, 0.0, 0.05))
+    sim.run_until(sim.time + 1.0)
+    lifted = positions(sim)
+    sim.simulation.set_payload('link_4', 1.0, (0.1, 0.1, 0.1))
+    sim.run_until(sim.time + 1.0)
+    assert np.abs(positions(sim) - lifted).max() > 1e-5
+    sim.simulation.set_payload('link_4', 0.0, (0.0, 0.0, 0.0))
+    sim.run_until(sim.time + 1.0)
+    np.testing.assert_allclose(positions(sim), lifted, atol=2e-6)
+    assert np.abs(lifted - start).max() > 5e-4
 
 
 def test_a_reset_restores_slider_outputs_and_program(sim):

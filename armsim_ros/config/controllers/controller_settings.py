@@ -46,6 +46,7 @@ from armsim_ros.config.controllers.gripper_action_controller import (
 )
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
+    PassthroughTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.config.controllers.pid_controller import PidControllerParameters
@@ -61,6 +62,7 @@ BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
 PARAMETERS: Mapping[str, type[Settings]] = {
     TRAJECTORY: JointTrajectoryControllerParameters,
     SCALED_TRAJECTORY: ScaledJointTrajectoryControllerParameters,
+    'ur_controllers/PassthroughTrajectoryController': PassthroughTrajectoryControllerParameters,
     'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcasterParameters,
     'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster':
         ForceTorqueSensorBroadcasterParameters,

@@ -265,3 +265,9 @@ class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParamet
     def speed_source(self) -> str:
         """The state interface that the pace is read from, '' where it is not."""
         return self.speed_scaling_interface_name or super().speed_source
+
+
+class PassthroughTrajectoryControllerParameters(ScaledJointTrajectoryControllerParameters):
+    """Parameters of ``ur_controllers/PassthroughTrajectoryController``."""
+
+    tf_prefix: str = parameter('', 'prefix that the other names have already', read_only=True)

@@ -4,6 +4,7 @@
 A hand with two fingers and a drive of its own, beside the controllers of its arm.
 
 It moves to a width, closes with a force, and holds what it has grasped until the next command.
+What it has grasped at another width it lets go of, as Franka's hand does.
 """
 
 from __future__ import annotations
@@ -96,9 +97,10 @@ class HandDrive(ParallelGripperController):
         return goal
 
     def halt(self) -> None:
-        """End the goal and stay there; in the control loop's thread."""
+        """End the goal, and the force of a grasp; in the control loop's thread."""
         self.process_requests(self.time_ns)
-        self._stop('the motion was stopped')
+        self._fail(self._goal, 'the motion was stopped')
+        self._rest()
 
     def process_requests(self, time_ns: int) -> None:
         """Take goals and cancels up."""
@@ -132,9 +134,15 @@ class HandDrive(ParallelGripperController):
 
     def _stop(self, error: str, status: GoalStatus = GoalStatus.ABORTED) -> None:
         if self._goal is not None:
-            position = float(self.context.hardware.state.position[self._index])
-            self._target = self._reference = self._way_to = position
+            self._rest()
             self._fail(self._goal, error, status)
+
+    def _rest(self) -> None:
+        """Stay where the fingers are, without a force."""
+        position = float(self.context.hardware.state.position[self._index])
+        self._target = self._reference = self._way_to = position
+        self._calm = False
+        self.context.wake()
 
     def _fail(self, goal: GripperGoal | None, error: str,
               status: GoalStatus = GoalStatus.ABORTED) -> None:
@@ -160,7 +168,9 @@ class HandDrive(ParallelGripperController):
             self._begin(0.5 * goal.later.pop(0), time_ns)
             return
         low, high = goal.accepted or (-math.inf, math.inf if arrived else -math.inf)
-        reached = low <= 2.0 * position <= high
+        reached = low < 2.0 * position < high
+        if not reached:
+            self._rest()
         self._end(GoalStatus.SUCCEEDED if reached else GoalStatus.ABORTED,
                   reached=reached, stalled=not arrived)
 

@@ -54,6 +54,7 @@ from armsim_ros.control.gripper.gripper_controller import (
 )
 from armsim_ros.control.trajectory.joint_trajectory_controller import (
     JointTrajectoryController,
+    PassthroughTrajectoryController,
     ScaledJointTrajectoryController,
 )
 from armsim_ros.errors import ControllerError, nearest
@@ -99,6 +100,7 @@ class LoadableController(Protocol):
 CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'joint_trajectory_controller/JointTrajectoryController': JointTrajectoryController,
     'ur_controllers/ScaledJointTrajectoryController': ScaledJointTrajectoryController,
+    'ur_controllers/PassthroughTrajectoryController': PassthroughTrajectoryController,
     'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcaster,
     'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster': ForceTorqueSensorBroadcaster,
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcaster,

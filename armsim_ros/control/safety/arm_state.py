@@ -64,10 +64,12 @@ class Cause:
     Why an arm stopped.
 
     :param text: joint or bodies, value and limit; '' where the kind is enough.
+    :param joint: that it is about, if any.
     """
 
     kind: CauseKind
     text: str = ''
+    joint: str = ''
 
     def __str__(self) -> str:
         """Return kind and text."""

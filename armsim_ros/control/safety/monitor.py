@@ -98,7 +98,8 @@ class StopMonitor:
             i = int(np.argmax(torques - self.torques))
             unit = 'N' if self._units[i] == 'm' else 'N*m'
             return Cause('collision', f"external torque of joint '{self._names[i]}' "
-                         f'{torques[i]:.1f} {unit}, limit {self.torques[i]:g} {unit}')
+                         f'{torques[i]:.1f} {unit}, limit {self.torques[i]:g} {unit}',
+                         self._names[i])
         if self.force == np.inf:
             return None
         force, bodies = self._loads.hardest_contact()
@@ -119,4 +120,5 @@ class StopMonitor:
     def _cause(self, kind: str, i: int, value: float, limit: float, rate: str = '') -> Cause:
         unit = (self._units[i] or 'rad') + rate
         return Cause('speed' if kind == 'speed' else 'position',
-                     f"joint '{self._names[i]}' {value:.3f} {unit}, limit {limit:.3f} {unit}")
+                     f"joint '{self._names[i]}' {value:.3f} {unit}, limit {limit:.3f} {unit}",
+                     self._names[i])

@@ -18,6 +18,7 @@ from typing import ClassVar
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
+    PassthroughTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.control.controller import Controller
@@ -278,3 +279,13 @@ class ScaledJointTrajectoryController(JointTrajectoryController):
     """``ur_controllers/ScaledJointTrajectoryController``: time goes at the robot's pace."""
 
     parameters_class: ClassVar[type[Settings]] = ScaledJointTrajectoryControllerParameters
+
+
+class PassthroughTrajectoryController(ScaledJointTrajectoryController):
+    """
+    ``ur_controllers/PassthroughTrajectoryController``, for whose clients the arm interpolates.
+
+    Here the controller does, which makes no difference to them.
+    """
+
+    parameters_class: ClassVar[type[Settings]] = PassthroughTrajectoryControllerParameters

@@ -41,7 +41,7 @@ class RobotStatusTopic:
         nodes, arm = self._nodes, self._nodes.arm
         message = RobotStatus(
             mode=RobotMode(val=RobotMode.AUTO),
-            error_code=NUMBERS[arm.cause.kind] if arm.cause is not None else 0)
+            error_codes=[NUMBERS[arm.cause.kind]] if arm.cause is not None else [])
         fill_time(message.header.stamp, nodes.time_ns)
         velocity = nodes.manager.hardware.state.velocity
         for field, value in (

@@ -60,12 +60,13 @@ def test_robot_status_follows_a_stop(bench: Bench, safety: Any) -> None:
     """As drivers of ROS-Industrial publish it: why the arm cannot move, and since when it can."""
     status = bench.client.collect(bench.name('robot_status'), RobotStatus, 1)
     message = status.wait_for(lambda message: message.motion_possible.val == 1)
-    assert (message.drives_powered.val, message.mode.val, message.error_code) == (1, 2, 0)
+    assert (message.drives_powered.val, message.mode.val, list(message.error_codes)) == (1, 2, [])
     assert press(bench, 'protective_stop', True).success
     message = status.wait_for(lambda message: message.in_error.val == 1)
-    assert (message.e_stopped.val, message.motion_possible.val, message.error_code) == (0, 0, 1)
+    assert (message.e_stopped.val, message.motion_possible.val) == (0, 0)
+    assert list(message.error_codes) == [1]
     assert press(bench, 'emergency_stop', True).success
-    status.wait_for(lambda message: message.e_stopped.val == 1 and message.error_code == 6)
+    status.wait_for(lambda message: (message.e_stopped.val, list(message.error_codes)) == (1, [6]))
     assert press(bench, 'emergency_stop', False).success
     assert bench.client.call(bench.name('clear_stop'), Trigger).success
     status.wait_for(lambda message: message.motion_possible.val == 1)

@@ -18,6 +18,7 @@ from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
+from simulation_interfaces.srv import DeleteEntity, SpawnEntity
 from std_srvs.srv import SetBool, Trigger
 
 from armsim_ros.clients.client_node import ClientNode
@@ -92,8 +93,37 @@ def test_the_hand_homes_moves_and_grasps(arm):
     assert '0.09 m is not allowed' in result.error
 
 
+def test_a_cube_between_the_fingers_is_grasped(arm):
+    """At its width, not at another; the fingers then are where the cube is."""
+    assert arm.run(Move, f'{HAND}/move', width=0.08, speed=0.1)[1].success
+    poses = arm.collect(f'{STATE}/current_pose', PoseStamped, 1)
+    tool = poses.wait_for(lambda _: True)
+    poses.close()
+    # The base of the arm is at the origin of the world.
+    tool.header.frame_id = 'world'
+    height = tool.pose.position.z
+    for name, size, below in (('post', '0.02,0.02,0.04', 0.04),
+                              ('cube', '0.04,0.04,0.04&mass=0.1', 0.0)):
+        tool.pose.position.z = height - below
+        spawned = arm.call('/spawn_entity', SpawnEntity, SpawnEntity.Request(
+            name=name, uri=f'armsim://box?size={size}', initial_pose=tool))
+        assert spawned.result.result == 1, spawned.result.error_message
+    states = arm.collect(f'{HAND}/joint_states', JointState, 1)
+    for width, success in ((0.04, True), (0.02, False)):
+        status, result = arm.run(Grasp, f'{HAND}/grasp', width=width, speed=0.1, force=20.0,
+                                 epsilon=GraspEpsilon(inner=0.005, outer=0.005))
+        assert (status, result.success) == (SUCCEEDED if success else ABORTED, success)
+        states.wait_for(lambda message: abs(message.position[0] - 0.02) < 5e-4)
+    states.close()
+    assert arm.run(Move, f'{HAND}/move', width=0.08, speed=0.1)[1].success
+    for name in ('cube', 'post'):
+        deleted = arm.call('/delete_entity', DeleteEntity, DeleteEntity.Request(entity=name))
+        assert deleted.result.result == 1
+
+
 def test_gripper_action_takes_half_the_width(arm):
     """It opens and grasps; its result has the width, as upstream's."""
+    assert arm.run(Move, f'{HAND}/move', width=0.02, speed=0.1)[1].success
     for position in (0.03, 0.03, 0.02):
         goal = GripperCommand.Goal()
         goal.command.position, goal.command.max_effort = position, 10.0

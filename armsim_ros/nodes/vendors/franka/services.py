@@ -20,9 +20,10 @@ from franka_msgs.srv import (
 )
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Matrix
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
+from armsim_ros.nodes.vendors.franka.inertias import Mass
 from armsim_ros.sim.assembly import watch
 from armsim_ros.vendors.franka import FORCES, TORQUES
 
@@ -39,15 +40,14 @@ class ArmParameters:
     :param stiffness: (4, 4) the frame of wrenches in that of the tool.
     :param torques: (2, n) external torques that are a contact, and that are a collision [N*m].
     :param forces: (2, 6) the same of the wrench [N, N*m].
-    :param load: mass [kg], centre of mass (3,) [m] and inertia (9,) [kg*m^2] at the flange.
+    :param load: what the flange carries beside its end effector.
     """
 
     tool: Matrix = field(default_factory=lambda: np.eye(4))
     stiffness: Matrix = field(default_factory=lambda: np.eye(4))
     torques: Matrix = field(default_factory=lambda: np.array(TORQUES))
     forces: Matrix = field(default_factory=lambda: np.array(FORCES))
-    load: tuple[float, Vector, Vector] = field(
-        default_factory=lambda: (0.0, np.zeros(3), np.zeros(9)))
+    load: Mass = field(default_factory=Mass)
 
 
 class ParameterServices:
@@ -123,8 +123,8 @@ class ParameterServices:
         centre = [float(value) for value in request.center_of_mass]
         refusal = self._nodes.set_payload(request.mass, centre)
         if not refusal:
-            self._parameters.load = (
-                float(request.mass), np.array(centre), np.array(request.load_inertia))
+            self._parameters.load = Mass(
+                float(request.mass), np.array(centre), np.reshape(request.load_inertia, (3, 3)))
         return refusal
 
 

@@ -10,11 +10,10 @@ from typing import Any
 
 from franka_msgs.msg import CollisionIndicators, Elbow, Errors, FrankaRobotState
 from geometry_msgs.msg import (
-    Inertia,
     InertiaStamped,
     PoseStamped,
+    Twist,
     TwistStamped,
-    Vector3,
     Wrench,
     WrenchStamped,
 )
@@ -33,6 +32,7 @@ from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
+from armsim_ros.nodes.vendors.franka.inertias import end_effector, Mass, vector
 from armsim_ros.nodes.vendors.franka.services import ArmParameters
 from armsim_ros.sim.external_loads import ExternalLoads
 
@@ -40,6 +40,9 @@ from armsim_ros.sim.external_loads import ExternalLoads
 MOTION = 1e-3
 #: The elbow has turned over where the fourth joint is below this [rad].
 ELBOW = -0.467002423653011
+#: An arm whose tool is slower than this at joints of 1 rad/s, in its slowest direction, is near a
+#: singularity; the wrench is 0 there. libfranka leaves open how near.
+SINGULAR = 0.01
 #: Topic -> type and the field of ``robot_state`` that it has.
 TOPICS: dict[str, tuple[Any, str]] = {
     'current_pose': (PoseStamped, 'o_t_ee'),
@@ -102,8 +105,11 @@ class StateTopics:
             model.joints[joints[-1]].child]
         self._hand = next((name for name in model.links if name.endswith(ends[0])), self._flange)
         self._arm = ArmDynamics(model, self._joints, self._hand, self._base)
+        self._end_effector = end_effector(model, self._arm, self._flange)
         self._loads: ExternalLoads | None = None
         self._last: Cause | None = None
+        #: Collisions of wrench and joints that are shown until the arm has recovered (13,).
+        self._collided = np.zeros(13)
         self._asked = False
         profile = QoSProfile(depth=1)
         self._state = WantedPublisher(node, FrankaRobotState, '~/robot_state', profile)
@@ -125,7 +131,12 @@ class StateTopics:
             lambda done: self._nodes.dispatcher.post(partial(self._send, done)))
 
     def _sample(self) -> tuple[int, Matrix, Vector]:
-        """Return time [ns], measured and desired joints (6, n), external torques (n,)."""
+        """
+        Return time [ns], measured and desired joints (7, n), external torques (n,).
+
+        As libfranka's ``tau_ext_hat_filtered`` they are what the arm does to what it touches:
+        measured torques less those of the arm's model (robot_state.h).
+        """
         nodes, places = self._nodes, self._places
         hardware = nodes.manager.hardware
         if self._loads is None:
@@ -135,8 +146,10 @@ class StateTopics:
         effort = np.where(np.isfinite(command.effort), command.effort, 0.0)
         desired = np.where(np.isfinite(command.position), command.position, state.position)
         speed = np.where(np.isfinite(given.velocity), given.velocity, 0.0)
-        rows = np.stack((state.position, state.velocity, state.effort, desired, speed, effort))
-        return nodes.time_ns, rows[:, places], self._loads.torques()[places]
+        change = np.where(np.isfinite(given.acceleration), given.acceleration, 0.0)
+        rows = np.stack((
+            state.position, state.velocity, state.effort, desired, speed, effort, change))
+        return nodes.time_ns, rows[:, places], -self._loads.torques()[places]
 
     def _send(self, done: Any) -> None:
         self._asked = False
@@ -160,7 +173,9 @@ class StateTopics:
         tool = arm.pose @ parameters.tool
         frame = tool @ parameters.stiffness
         lever = _at(arm.pose, frame, arm.jacobian())
-        wrench = np.asarray(np.linalg.lstsq(lever.T, torques, rcond=None)[0], dtype=np.float64)
+        wrench = np.zeros(6)
+        if np.linalg.svd(lever, compute_uv=False)[-1] > SINGULAR:
+            wrench = np.asarray(np.linalg.lstsq(lever.T, torques, rcond=None)[0])
         turn = frame[:3, :3].T
         own = np.concatenate((turn @ wrench[:3], turn @ wrench[3:]))
 
@@ -172,6 +187,9 @@ class StateTopics:
                               position=values[0].tolist(), velocity=values[1].tolist(),
                               effort=values[2].tolist())
 
+        def inertia(name: str, mass: Mass) -> InertiaStamped:
+            return InertiaStamped(header=head(name), inertia=mass.message())
+
         def pose(name: str, matrix: Matrix) -> PoseStamped:
             return PoseStamped(header=head(name), pose=pose_to_message(matrix))
 
@@ -179,8 +197,8 @@ class StateTopics:
         zeros = np.zeros_like(torques)
         message = FrankaRobotState(
             header=head(''),
-            collision_indicators=_indicators(own, torques, parameters),
-            measured_joint_state=joints(rows[:3]), desired_joint_state=joints(rows[3:]),
+            collision_indicators=self._indicators(own, torques),
+            measured_joint_state=joints(rows[:3]), desired_joint_state=joints(rows[3:6]),
             measured_joint_motor_state=joints(np.stack((rows[0], rows[1], zeros))),
             tau_ext_hat_filtered=joints(np.stack((zeros, zeros, torques))),
             o_t_ee=pose(self._base, tool), o_t_ee_d=pose(self._base, desired),
@@ -189,21 +207,45 @@ class StateTopics:
             ee_t_k=pose(self._hand, parameters.stiffness),
             o_f_ext_hat_k=WrenchStamped(header=head(self._base), wrench=_wrench(wrench)),
             k_f_ext_hat_k=WrenchStamped(header=head(self._hand), wrench=_wrench(own)),
-            o_dp_ee_d=TwistStamped(header=head(self._base)),
-            inertia_load=InertiaStamped(
-                header=head(self._flange), inertia=_inertia(*parameters.load)),
+            o_dp_ee_d=TwistStamped(header=head(self._base), twist=Twist(
+                linear=vector(twist[:3]), angular=vector(twist[3:]))),
+            # Centres and axes are of the flange in all of them; so are upstream's frame ids.
+            inertia_ee=inertia(self._hand, self._end_effector),
+            inertia_load=inertia(self._flange, parameters.load),
+            inertia_total=inertia(self._hand, self._end_effector + parameters.load),
             time=time_ns * 1e-9, control_command_success_rate=float(moving),
             robot_mode=robot_mode(arm_state, moving=moving),
             current_errors=errors_of(arm_state.cause if arm_state.stopped else None),
             last_motion_errors=errors_of(self._last))
-        message.o_dp_ee_d.twist.linear = _vector(twist[:3])
-        message.o_dp_ee_d.twist.angular = _vector(twist[3:])
+        message.o_dp_ee_c = message.o_dp_ee_d
+        message.ddq_d[:len(torques)] = rows[6]
         if len(rows[0]) > 3:
             sign = 1.0 if rows[0, 3] > ELBOW else -1.0
             wanted = 1.0 if rows[3, 3] > ELBOW else -1.0
             message.elbow = Elbow(position=[rows[0, 2], sign],
-                                  desired_position=[rows[3, 2], wanted])
+                                  desired_position=[rows[3, 2], wanted],
+                                  commanded_position=[rows[3, 2], wanted])
         return message
+
+    def _indicators(self, wrench: Vector, torques: Vector) -> CollisionIndicators:
+        """Return what is touched now, and the collisions until the arm has recovered."""
+        parameters, count = self._parameters, min(7, len(torques))
+        contact, collision = np.zeros(7), np.zeros(7)
+        contact[:count], collision[:count] = np.abs(torques[:count]) > (
+            parameters.torques[:, :count])
+        touched, collides = (np.abs(wrench) > limit for limit in parameters.forces)
+        found, arm = np.concatenate((collides, collision)), self._nodes.arm
+        if arm.stopped:
+            found = np.maximum(found, self._collided)
+            if arm.cause is not None and arm.cause.joint in self._joints:
+                found[6 + self._joints.index(arm.cause.joint)] = arm.cause.kind == 'collision'
+        self._collided, collides, collision = found, found[:6], found[6:]
+        return CollisionIndicators(
+            is_cartesian_linear_collision=vector(collides[:3]),
+            is_cartesian_angular_collision=vector(collides[3:]),
+            is_cartesian_linear_contact=vector(touched[:3]),
+            is_cartesian_angular_contact=vector(touched[3:]),
+            is_joint_collision=collision, is_joint_contact=contact)
 
 
 def _at(tip: Matrix, point: Matrix, jacobian: Matrix) -> Matrix:
@@ -213,29 +255,5 @@ def _at(tip: Matrix, point: Matrix, jacobian: Matrix) -> Matrix:
     return np.concatenate((linear, jacobian[3:]))
 
 
-def _indicators(wrench: Vector, torques: Vector, parameters: ArmParameters
-                ) -> CollisionIndicators:
-    touched, collides = (np.abs(wrench) > limit for limit in parameters.forces)
-    contact, collision = (np.zeros(7), np.zeros(7))
-    count = min(7, len(torques))
-    contact[:count], collision[:count] = np.abs(torques[:count]) > parameters.torques[:, :count]
-    return CollisionIndicators(
-        is_cartesian_linear_collision=_vector(collides[:3]),
-        is_cartesian_angular_collision=_vector(collides[3:]),
-        is_cartesian_linear_contact=_vector(touched[:3]),
-        is_cartesian_angular_contact=_vector(touched[3:]),
-        is_joint_collision=collision, is_joint_contact=contact)
-
-
-def _vector(values: Vector) -> Vector3:
-    x, y, z = map(float, values)
-    return Vector3(x=x, y=y, z=z)
-
-
 def _wrench(values: Vector) -> Wrench:
-    return Wrench(force=_vector(values[:3]), torque=_vector(values[3:]))
-
-
-def _inertia(mass: float, centre: Vector, inertia: Vector) -> Inertia:
-    xx, xy, xz, _, yy, yz, _, _, zz = map(float, inertia)
-    return Inertia(m=mass, com=_vector(centre), ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
+    return Wrench(force=vector(values[:3]), torque=vector(values[3:]))
