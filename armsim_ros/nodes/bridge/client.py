@@ -6,14 +6,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
-import itertools
 from typing import Any
 
-from armsim_ros.nodes.bridge.frames import Fragments, text_frames
+from rclpy.serialization import serialize_message
+
+from armsim_ros.nodes.bridge.conversion.aside import aside
+from armsim_ros.nodes.bridge.conversion.outgoing import json_values
+from armsim_ros.nodes.bridge.frames import Fragments, Part, text_frames
 from armsim_ros.nodes.bridge.outbox import Outbox
 from armsim_ros.nodes.bridge.refusal import Level
-
-_numbers = itertools.count(1)
 
 
 class Client:
@@ -28,7 +29,6 @@ class Client:
 
     def __init__(self, address: str, most_bytes: int, fragment_timeout: float,
                  overflow: Callable[[], None]) -> None:
-        self.number = next(_numbers)
         self.address = address
         self.level = Level.ERROR
         self.is_open = True
@@ -37,21 +37,34 @@ class Client:
         self._overflow = overflow
         self._tasks: set[asyncio.Task[Any]] = set()
 
-    def send(self, message: dict[str, Any], *, compression: str = 'none', fragment_size: int = 0
-             ) -> None:
+    def send(self, message: dict[str, Any], fragment_size: int = 0) -> None:
         """Send an answer, which is never dropped."""
-        if not self.is_open:
-            return
-        self.outbox.add_answer(text_frames(message, fragment_size, compression))
-        if self.outbox.overflows:
-            self._overflow()
+        if self.is_open:
+            self._queue(text_frames(message, fragment_size))
 
-    def answer(self, request: Mapping[str, Any], found: dict[str, Any], *,
-               compression: str = 'none') -> None:
+    def answer(self, request: Mapping[str, Any], found: dict[str, Any]) -> None:
         """Send an answer to a request, with the request's id where it has one."""
         key = request.get('id')
-        self.send(found if key is None else {**found, 'id': key}, compression=compression,
-                  fragment_size=request.get('fragment_size') or 0)
+        self.send(found if key is None else {**found, 'id': key},
+                  request.get('fragment_size') or 0)
+
+    async def answer_with(
+        self, request: Mapping[str, Any], found: dict[str, Any], message: Any, *,
+        compression: str = 'none', adapt: Callable[[dict[str, Any]], Any] = lambda values: values,
+    ) -> None:
+        """
+        Send an answer whose values are a message; a large one is encoded beside other work.
+
+        :param adapt: changes the values.
+        """
+        raw, key = serialize_message(message), request.get('id')
+
+        def encode() -> list[Part]:
+            values = adapt(json_values(type(message))(raw))
+            return text_frames({**found, 'values': values, **({} if key is None else {'id': key})},
+                               request.get('fragment_size') or 0, compression)
+
+        self._queue(await aside(len(raw), encode))
 
     def report(self, level: Level, text: str, key: Any = None) -> None:
         """Send a status message, where the client wants those of this level."""
@@ -64,6 +77,13 @@ class Client:
         task = asyncio.get_running_loop().create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    def _queue(self, frames: list[Part]) -> None:
+        if not self.is_open:
+            return
+        self.outbox.add_answer(frames)
+        if self.outbox.overflows:
+            self._overflow()
 
     def close(self) -> None:
         """End what was started for it."""

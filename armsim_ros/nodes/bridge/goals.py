@@ -115,9 +115,9 @@ class Goals:
         if found is None:
             reason = await logged_error(self._link, action, sent)
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
-        client.answer(message, {
+        await client.answer_with(message, {
             'op': 'action_result', 'action': message['action'], 'status': found.status,
-            'values': values_of(found.result), 'result': True})
+            'result': True}, found.result)
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
         waiting = asyncio.wrap_future(run.result)

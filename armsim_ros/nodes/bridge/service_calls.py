@@ -10,7 +10,6 @@ from typing import Any
 
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import RefusalError
 
@@ -37,30 +36,26 @@ class ServiceCalls:
         :raises ArmsimError: there is no such service, its request does not fit, or it is late.
         """
         service = message['service']
+        name = self._link.expand(service, service=True)
         patience = float(message.get('timeout') or self._patience)
         try:
-            values = await asyncio.wait_for(self._values(service, message.get('args')),
-                                            patience or None)
+            response = await asyncio.wait_for(self._response(name, message.get('args')),
+                                              patience or None)
         except (asyncio.TimeoutError, TimeoutError):
             raise RefusalError(f'no answer within {patience:g} s') from None
-        client.answer(message, {'op': 'service_response', 'service': service, 'values': values,
-                                'result': True},
-                      compression='png' if message.get('compression') == 'png' else 'none')
+        await client.answer_with(
+            message, {'op': 'service_response', 'service': service, 'result': True}, response,
+            compression='png' if message.get('compression') == 'png' else 'none',
+            adapt=_with_old_names if name in self._local else lambda values: values)
 
-    async def _values(self, service: str, args: Any) -> Any:
-        name = self._link.expand(service, service=True)
+    async def _response(self, name: str, args: Any) -> Any:
         values = {} if args is None else args
         if name in self._local:
             kind, respond = self._local[name]
-            response = await respond(await message_of(kind.Request, values, self._link.now))
-            found = values_of(response)
-            if set(found) == {'time'}:  # roslibpy reads the names of ROS 1
-                found['time'] |= {'secs': found['time']['sec'], 'nsecs': found['time']['nanosec']}
-            return found
+            return await respond(await message_of(kind.Request, values, self._link.now))
         kind = await self._kind(name)
         request = await message_of(kind.Request, values, self._link.now)
-        response = await self._link.call_when_ready(kind, name, request)
-        return values_of(response)
+        return await self._link.call_when_ready(kind, name, request)
 
     async def _kind(self, name: str) -> type[Any]:
         """Return a service's class; it is not searched for again while it is served."""
@@ -69,3 +64,10 @@ class ServiceCalls:
             found = await self._link.service_type(name)
             kind = self._kinds[name] = await self._link.load(found, 'srv')
         return kind
+
+
+def _with_old_names(values: Any) -> Any:
+    """Add the names of ROS 1 to the time, which roslibpy reads."""
+    if set(values) == {'time'}:
+        values['time'] |= {'secs': values['time']['sec'], 'nsecs': values['time']['nanosec']}
+    return values

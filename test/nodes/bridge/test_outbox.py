@@ -3,10 +3,13 @@
 """What waits for a client, and what a slow client loses."""
 
 import asyncio
+from base64 import b64decode
+import json
 
 import cbor2
+import pytest
 from rclpy.serialization import serialize_message
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.outbox import Outbox, Sample
@@ -78,6 +81,24 @@ def test_answers_that_are_not_read_end_the_connection():
     assert not ended
     client.send({'values': 'x'})
     assert ended
+
+
+@pytest.mark.parametrize('size', [10, 1 << 20])
+def test_a_large_answer_is_encoded_beside_other_work(size):
+    """A small one at once."""
+    client, turns = Client('', 1 << 30, 30.0, list), []
+
+    async def run():
+        asyncio.get_running_loop().call_soon(turns.append, 'other')
+        await client.answer_with({'id': 5}, {'op': 'service_response'},
+                                 UInt8MultiArray(data=bytes(size)))
+        return list(turns), b''.join(await client.outbox.take())
+
+    others, frame = asyncio.run(run())
+    found = json.loads(frame[frame.index(b'{'):])
+    assert (found['op'], found['id']) == ('service_response', 5)
+    assert b64decode(found['values']['data']) == bytes(size)
+    assert others == ['other'] * (size > 10)
 
 
 def test_a_forgotten_listener_leaves_nothing():

@@ -62,7 +62,10 @@ def served(peer):
         return response
 
     peer.create_service(SetBool, '/switch', switch)
-    return Served(peer)
+    found = Served(peer)
+    yield found
+    peer.executor.remove_node(peer)
+    found.server.destroy()  # else the node stays in the graph
 
 
 def test_a_service_answers_once_with_the_clients_id(talk, served):

@@ -242,16 +242,17 @@ class FoxgloveServer:
 
     def _connections(self) -> Any:
         """Return the nodes at both ends of each topic, and those that serve each service."""
-        details = {node: self._graph.node_details(node) for node in self._graph.nodes()}
-        graph = foxglove.ConnectionGraph()
-        for index, add in enumerate((graph.set_subscribed_topic, graph.set_published_topic,
-                                     graph.set_advertised_service)):
-            ends: dict[str, list[str]] = {}
-            for node, names in details.items():
-                for name in names[index]:
-                    ends.setdefault(name, []).append(node)
-            for name, nodes in ends.items():
-                add(name, nodes)
+        graph, serving = foxglove.ConnectionGraph(), dict[str, list[str]]()
+        for add, publish in ((graph.set_subscribed_topic, False),
+                             (graph.set_published_topic, True)):
+            for name in self._topics:
+                if nodes := self._graph.ends(name, publish=publish):
+                    add(name, nodes)
+        for node in self._graph.nodes():
+            for name in self._graph.node_details(node)[2]:
+                serving.setdefault(name, []).append(node)
+        for name, nodes in serving.items():
+            graph.set_advertised_service(name, nodes)
         return graph
 
     def _deliver(self, batch: Batch) -> None:
