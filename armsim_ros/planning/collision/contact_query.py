@@ -8,7 +8,7 @@ a tolerance of the true distance, and reports contact where the distance found i
 shapes that overlap GJK may return any distance up to the tolerance, most often where they are
 parallel to each other. Where contacts are requested EPA corrects that, at up to twice the time.
 Here everything found within the tolerance counts as contact: that is cheaper and finds every
-contact, and gaps of up to a micrometre are contacts as well.
+contact, and gaps of up to two micrometres are contacts as well.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ GJK_TOLERANCE = 1e-6
 #: coal treats the axes of two capsules as parallel where their cross product is below the root
 #: of a hundred times the machine's precision [m^2]; an angle is at most pi / 2 times its sine.
 _TAKEN_FOR_PARALLEL = 0.5 * np.pi * 1.5e-7
-#: Safety factor.
-_MORE = 1.1
+#: Safety factors: of distances, and of the distances of shapes that overlap. Of two cylinders that
+#: overlapped by less than 0.1 um GJK found 1.6 times the tolerance.
+_MORE, _MORE_IN_CONTACT = 1.1, 2.0
 #: Rounding error of GJK as a share of the shapes' size: 2e-8 was measured with slivers of 50 m.
 _ROUNDING = 1e-7
 _NOTHING_ELSE = coal.CollisionRequestFlag.NO_REQUEST
@@ -62,7 +63,7 @@ class ContactDistances:
         sizes = np.array([_size(shape) for shape in shapes])
         #: (g, g) [m] where the margin is 0.
         self._least = (
-            _MORE * GJK_TOLERANCE * (1.0 + radii[:, None] + radii)
+            _MORE_IN_CONTACT * GJK_TOLERANCE * (1.0 + radii[:, None] + radii)
             + _ROUNDING * (sizes[:, None] + sizes) + _capsule_errors(shapes))
 
     def within(self, margins: Matrix) -> Matrix:

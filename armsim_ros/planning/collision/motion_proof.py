@@ -78,9 +78,10 @@ def first_blocked(
     lows, highs = borders[:-1], borders[1:]
     weights: Matrix | None = None
     while found is None and len(lows):
-        middles = 0.5 * (lows + highs)
-        states, half = at(middles)
-        reach = np.maximum(half - at(lows)[1], at(highs)[1] - half)
+        middles, count = 0.5 * (lows + highs), len(lows)
+        states, travelled = at(np.concatenate([middles, lows, highs]))
+        states, half = states[:count], travelled[:count]
+        reach = np.maximum(half - travelled[count:2 * count], travelled[2 * count:] - half)
         longest = float(np.max(highs - lows))
         if weights is None:
             weights = validity.weights_near(states, reach)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import accumulate
 
 import numpy as np
 
@@ -14,7 +15,10 @@ from armsim_ros.planning.search.joint_space import JointSpace
 DRAWS = 16
 """Pairs of points of which the pair with most to gain is tried, after a success."""
 
-LEAST_GAIN = 0.005
+BATCH = 8
+"""Shortcuts whose pairs are drawn at once."""
+
+LEAST_GAIN = 0.01
 """Share of the path's length that a shortcut has to save."""
 
 FAILURES = 8
@@ -53,35 +57,67 @@ def shortened(
         than the straight line; the longer it is, the more.
     """
     path = without_repeats(waypoints)
-    slopes, covered = _measured(path)
     vain, draws = 0, DRAWS
     apart = max(float(np.linalg.norm(path[-1] - path[0])), 1e-9)
     while len(path) > 2 and not stop():
-        length = float(covered[-1])
-        if vain >= failures * min(1.0 + PATIENCE * (length / apart - 1.0), MOST_PATIENCE):
-            break
-        places = length * rng.random((draws, 2))
-        places.sort(axis=1)
-        pieces = covered[1:-1].searchsorted(places, side='right')
-        points = path[pieces] + (places - covered[pieces])[..., None] * slopes[pieces]
-        gains = places[:, 1] - places[:, 0] - _norms(points[:, 1] - points[:, 0])
-        best = int(gains.argmax())
-        first, second = points[best]
-        between = space.join(first, second) if gains[best] > LEAST_GAIN * length else None
-        if between is not None and len(between):
-            way = path_length(np.concatenate([first[None], between, second[None]]))
-            if places[best, 1] - places[best, 0] - way <= LEAST_GAIN * length:
-                between = None
-        if between is not None:
-            begin, end = pieces[best]
-            path = without_repeats(np.concatenate(
-                [path[:begin + 1], first[None], between, second[None], path[end + 1:]]))
-            slopes, covered = _measured(path)
-            vain, draws = 0, min(2 * draws, DRAWS)
-        else:
+        pairs = _Pairs(path, draws, rng)
+        most = failures * min(1.0 + PATIENCE * (pairs.length / apart - 1.0), MOST_PATIENCE)
+        for k in range(BATCH):
+            if vain >= most or (k and stop()):
+                break
+            shorter = pairs.shortcut(k, space)
+            if shorter is not None:
+                path, vain, draws = shorter, 0, min(2 * draws, DRAWS)
+                break
             vain, draws = vain + 1, max(draws // 2, 1)
+        if vain >= most:
+            break
     path = _reduced(path, space.shortcut_free, stop)
     return without_repeats(_cut(path, space.corner_free, stop))
+
+
+class _Pairs:
+    """
+    Pairs of points of a path, drawn for several shortcuts at once; the first is for most pairs.
+
+    :param path: (k, m) waypoints.
+    :param draws: pairs for the first shortcut; for each further one it is half as many.
+    """
+
+    def __init__(self, path: Matrix, draws: int, rng: np.random.Generator) -> None:
+        self._path = path
+        segments = path[1:] - path[:-1]
+        lengths = _norms(segments)
+        covered: Vector = np.zeros(len(path))
+        lengths.cumsum(out=covered[1:])
+        self.length = float(covered[-1])
+        counts = [max(draws >> k, 1) for k in range(BATCH)]
+        self._ends = list(accumulate(counts, initial=0))
+        places = self.length * rng.random((self._ends[-1], 2))
+        places.sort(axis=1)
+        self._pieces = pieces = covered[1:-1].searchsorted(places, side='right')
+        self._points = path[pieces] + ((places - covered[pieces]) / lengths[pieces])[
+            ..., None] * segments[pieces]
+        self._ways = places[:, 1] - places[:, 0]
+        self._gains = self._ways - _norms(self._points[:, 1] - self._points[:, 0])
+
+    def shortcut(self, number: int, space: JointSpace) -> Matrix | None:
+        """Return the path with the shortcut of that number; None where it gains too little."""
+        begin, end = self._ends[number:number + 2]
+        best = begin + int(self._gains[begin:end].argmax())
+        least = LEAST_GAIN * self.length
+        if self._gains[best] <= least:
+            return None
+        first, second = self._points[best]
+        between = space.join(first, second)
+        if between is None:
+            return None
+        shortcut = np.concatenate([first[None], between, second[None]])
+        if len(between) and self._ways[best] - path_length(shortcut) <= least:
+            return None
+        before, after = self._pieces[best]
+        return without_repeats(np.concatenate(
+            [self._path[:before + 1], shortcut, self._path[after + 1:]]))
 
 
 def _reduced(
@@ -138,15 +174,6 @@ def _cut(
         tried = np.concatenate([tried[:corner], np.ones(len(kept), dtype=np.intp),
                                 tried[corner + 1:]])
     return path
-
-
-def _measured(path: Matrix) -> tuple[Matrix, Vector]:
-    """Return the direction (k - 1, m) of every piece, and the length (k,) up to each waypoint."""
-    segments = path[1:] - path[:-1]
-    lengths = _norms(segments)
-    covered: Vector = np.zeros(len(path))
-    lengths.cumsum(out=covered[1:])
-    return segments / lengths[:, None], covered
 
 
 def _norms(rows: Matrix) -> Vector:

@@ -252,26 +252,24 @@ def _averaged(
     weights = np.ones(_PANELS + 1)
     weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
     weights /= weights.sum()
-
-    def position(t: Vector) -> Vector:
-        return path.position(profile.path_position(t))
-
-    def mean(t: Vector) -> Vector:
-        """Return the average of the positions from t - first to t, by Simpson's rule."""
-        around = (t[:, None] - np.linspace(0.0, first, _PANELS + 1)).ravel()
-        values: Vector = np.einsum(
-            'w,twn->tn', weights, position(around).reshape(len(t), _PANELS + 1, -1)
-        )
-        return values
-
-    around = times[:, None] - np.linspace(0.0, second, _PANELS + 1)
-    means = mean(around.ravel()).reshape(len(times), _PANELS + 1, -1)
-    positions = np.einsum('w,twn->tn', weights, means)
+    panels = np.arange(_PANELS + 1)
+    # (panels of the second window, of the first) a time before the present.
+    if first == second:  # the panels of both meet
+        places, before = panels[:, None] + panels, np.arange(2 * _PANELS + 1) * (first / _PANELS)
+    else:
+        places = panels[:, None] * (_PANELS + 1) + panels
+        before = (panels[:, None] * (second / _PANELS) + panels * (first / _PANELS)).ravel()
+    past = profile.path_position((times[:, None] - before).ravel())
+    found = path.position(past).reshape(len(times), len(before), -1)
+    # The average of the positions over the first window, by Simpson's rule.
+    average = np.zeros((_PANELS + 1, len(before)))
+    average[panels[:, None], places] = weights
+    means = average @ found
+    positions = weights @ means
     velocities = (means[:, 0] - means[:, -1]) / second
-    accelerations = (
-        position(times) - position(times - first) - position(times - second)
-        + position(times - first - second)
-    ) / (first * second)
+    corners = found[:, places[[0, 0, -1, -1], [0, -1, 0, -1]]]
+    accelerations = (corners[:, 0] - corners[:, 1] - corners[:, 2] + corners[:, 3]) / (
+        first * second)
     velocities[[0, -1]] = 0.0
     accelerations[[0, -1]] = 0.0
     positions[0], positions[-1] = path.waypoints[0], path.waypoints[-1]

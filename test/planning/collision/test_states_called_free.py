@@ -95,3 +95,16 @@ def test_what_is_called_free_touches_nothing(robot, scene_number, count):
         assert checker.in_collision(q, exact=False) or not found
         free += not found
     assert free < count
+
+
+def test_a_contact_is_found_where_the_distance_is_wrong_by_more_than_the_tolerance():
+    """GJK finds 1.6 um between two cylinders that overlap by less than 0.1 um."""
+    model = KinematicModel(load_robot_model(load_robot_settings('ur5')))
+    q = np.array([
+        -1.9813820951718957, 2.3528712939550216, 3.095449273050926,
+        -2.631819010193574, 0.937112430870708, -1.8945388405296637])
+    checker = CollisionChecker(PlanningScene(model))
+    (table,) = checker._followed()
+    pair = frozenset(('upper_arm_link', 'wrist_2_link'))
+    assert pair in Pairwise(model, table).touching(q)
+    assert pair in {frozenset((each.body1, each.body2)) for each in checker.contacts(q)}
