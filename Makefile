@@ -46,7 +46,7 @@ test-lerobot: ## what LeRobot opens and finds, in build/lerobot: needs python3.1
 	@test -x $(LEROBOT)/bin/python || python3.12 -m venv $(LEROBOT)
 	@$(LEROBOT)/bin/pip install -q -e '.[gym,data]' -e distributions/lerobot_robot_armsim 'lerobot[dataset]' pytest
 	@HF_HUB_OFFLINE=1 HF_HOME=$(CURDIR)/build/lerobot_home $(LEROBOT)/bin/python -m pytest \
-		--noconftest -o addopts= -p no:armsim test/distributions $(ARGS)
+		-c /dev/null --rootdir=. --noconftest -p no:armsim test/distributions $(ARGS)
 
 lint: ## style, types, import contracts, and words
 	$(environment) --with test --with lint

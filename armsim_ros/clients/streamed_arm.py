@@ -4,29 +4,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-import math
-import threading
 import time
 from typing import Any
 
 from control_msgs.action import GripperCommand, ParallelGripperCommand
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty
 
 from armsim_ros.arrays import Vector
 from armsim_ros.clients.client_node import ClientNode, FIND_BACK
 from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.latest_message import JointStates, LatestMessage, PATIENCE
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
 from armsim_ros.env.actions import Actions
-from armsim_ros.errors import ControllerError, SimulationError
+from armsim_ros.errors import ControllerError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.transforms import pose_matrix
@@ -35,66 +34,8 @@ from armsim_ros.tasks.hand import HandModel
 #: Types of controllers that give positions to the drives as they come.
 FORWARD = ('forward_command_controller/ForwardCommandController',
            'position_controllers/JointGroupPositionController')
-#: Time in which the topics of a running arm have a message [s].
-PATIENCE = 9.0
 #: A gripper gets a goal where its level has changed by so much.
 _LEVEL_CHANGE = 0.01
-
-
-class LatestMessage:
-    """
-    The last message of a topic.
-
-    :param client: the node that subscribes.
-    :param remedy: for an error where no message comes.
-    """
-
-    def __init__(self, client: ClientNode, kind: type[Any], topic: str, remedy: str) -> None:
-        self._client, self._topic, self._remedy = client, topic, remedy
-        self._message: Any = None
-        self._is_new = False
-        self._received = -math.inf
-        self._condition = threading.Condition()
-        self._subscription = client.node.create_subscription(kind, topic, self._receive, 1)
-
-    def get(self, timeout: float = PATIENCE) -> Any:
-        """
-        Return the last message, waiting for the first.
-
-        :param timeout: [s].
-        :raises SimulationError: none came in time.
-        """
-        return self._awaited(lambda: self._message is not None, timeout)
-
-    def take(self, timeout: float = PATIENCE) -> Any:
-        """Return a message that was not taken before, waiting for it, as ``get`` does."""
-        with self._condition:
-            message = self._awaited(lambda: self._is_new, timeout)
-            self._is_new = False
-            return message
-
-    @property
-    def age(self) -> float:
-        """How long ago the last message came [s]; infinite before the first."""
-        return time.monotonic() - self._received
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._client.in_executor(
-            lambda: self._client.node.destroy_subscription(self._subscription))
-
-    def _receive(self, message: Any) -> None:
-        with self._condition:
-            self._message, self._is_new = message, True
-            self._received = time.monotonic()
-            self._condition.notify_all()
-
-    def _awaited(self, condition: Callable[[], bool], timeout: float) -> Any:
-        with self._condition:
-            if not self._condition.wait_for(condition, timeout):
-                raise SimulationError(
-                    f"no message on '{self._topic}' within {timeout:g} s; {self._remedy}")
-            return self._message
 
 
 class StreamedArm:
@@ -122,7 +63,7 @@ class StreamedArm:
         self.joints: tuple[str, ...] = self.hand.arm_joints(cell.model)
         start = f'start the arm: armsim bringup robot:={self._robot.name}'
         states = self._robot.settings.joint_states_topic
-        self._states = LatestMessage(client, JointState, states, start)
+        self._states = JointStates(client, states, start)
         self._pictures = {
             name: LatestMessage(client, Image, topic, f'{start} camera:=true')
             for name, topic in (cameras or {}).items()}
@@ -147,8 +88,7 @@ class StreamedArm:
     @property
     def positions(self) -> dict[str, float]:
         """Joint -> position [rad or m], of the last message."""
-        message = self._states.get()
-        return dict(zip(message.name, message.position, strict=True))
+        return self._states.positions
 
     @property
     def level(self) -> float:

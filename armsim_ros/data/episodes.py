@@ -65,6 +65,8 @@ class EpisodeRunner:
         self.source = replace(source, arguments={**suited, **source.arguments})
         self.env = made(self.source)
         self.task: TaskEnv = self.env.unwrapped  # type: ignore[assignment]
+        #: Where the joints were when the last episode began (n,) [rad or m].
+        self.start = self.task.sim.simulation.state.position
 
     def run(self, seed: int) -> EpisodeData:
         """
@@ -101,6 +103,7 @@ class EpisodeRunner:
         :raises PolicyError: the policy failed.
         """
         observation, begin = self.env.reset(seed=seed)
+        self.start = self.task.sim.simulation.state.position.copy()
         policy, ended = self._policy_of(seed), False
         while not ended:
             action = self._clipped(policy, observation)

@@ -18,7 +18,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.env.actions import ActionKind, Actions, KINDS
-from armsim_ros.env.motion import JointMotion
+from armsim_ros.env.motion import JointMotion, Motion
 from armsim_ros.env.observations import Observations
 from armsim_ros.env.options import checked_choices, own_options
 from armsim_ros.env.pushes import Pushes
@@ -143,7 +143,7 @@ class ArmEnv(Env[Any, Any]):
                 watch(part, sim.managers[part.name], sim.simulation, always=True)
         self.decorate(sim)
         steps = periods * sim.loop.steps_per_update
-        self._motion = JointMotion(sim.simulation, self.joints, steps)
+        self._motion: Motion = JointMotion(sim.simulation, self.joints, steps)
         self._places = np.array([sim.simulation.index[name] for name in self.joints])
         self._variation = Variation(sim, self.joints)
 
@@ -163,6 +163,10 @@ class ArmEnv(Env[Any, Any]):
     def action_names(self) -> tuple[str, ...]:
         """What each number of an action is."""
         return self._actions.names
+
+    def move_by(self, motion: Motion) -> None:
+        """Have something else move the arm, which shows in ``sim`` where that has led."""
+        self._motion = motion
 
     def checked_action(self, action: ArrayLike) -> Vector:
         """

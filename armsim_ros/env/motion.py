@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -14,6 +15,16 @@ from armsim_ros.sim.simulation import Simulation
 
 #: Simulated time between checks of cups that all hold something [ns].
 HELD_LOOK_NS = 10_000_000
+
+
+class Motion(Protocol):
+    """Moves the joints of an environment."""
+
+    def suck(self, on: Sequence[bool]) -> None:
+        """Switch the cups on or off."""
+
+    def go(self, end: Vector) -> None:
+        """Move from the last command to the next within a step (n,) [rad or m]."""
 
 
 class JointMotion:

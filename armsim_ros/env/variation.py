@@ -104,7 +104,10 @@ class Variation:
             model.opt.gravity[:] = episode.values['gravity']
         if any(path.endswith(_HEAVY) for path in episode.values):
             mujoco.mj_setConst(model, self._scratch)
+            # The solver's tolerance follows the mean inertia, as in a world with these masses.
+            inertia = model.stat.meaninertia
             self._statistics(self._extent)
+            model.stat.meaninertia = inertia
         gains = episode.get('gains', 1.0)
         if gains != 1.0 or self._scaled:
             simulation.scale_gains(gains)

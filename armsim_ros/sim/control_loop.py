@@ -47,8 +47,10 @@ class _Listener:
 
     __slots__ = ('due_ns', 'function', 'period_ns')
 
-    def __init__(self, period_ns: int, function: Callable[[int], object]) -> None:
-        self.period_ns, self.function, self.due_ns = period_ns, function, 0
+    def __init__(
+        self, period_ns: int, function: Callable[[int], object], due_ns: int = 0
+    ) -> None:
+        self.period_ns, self.function, self.due_ns = period_ns, function, due_ns
 
     def steps_until_due(self, now_ns: int, step_ns: int) -> int:
         """Return after how many steps from now it is called, at least 1."""
@@ -125,14 +127,19 @@ class ControlLoop:
         self._requests.post((function, future))
         return future
 
-    def every(self, period_ns: int, function: Callable[[int], object]) -> None:
+    def every(
+        self, period_ns: int, function: Callable[[int], object], *, at_once: bool = True
+    ) -> None:
         """
         Call a function with the time [ns] once in each period of simulated time.
 
         It runs in the loop's thread: it must be quick and must not wait. Times are the first
         steps at or after the multiples of the period.
+
+        :param at_once: whether it is called after the next step, too.
         """
-        self._listeners = (*self._listeners, _Listener(period_ns, function))
+        due_ns = 0 if at_once else (self.clock.now_ns // period_ns + 1) * period_ns
+        self._listeners = (*self._listeners, _Listener(period_ns, function, due_ns))
 
     def forget(self, function: Callable[[int], object]) -> None:
         """Call a function of ``every`` no more; only from the thread that ticks."""

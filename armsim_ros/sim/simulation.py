@@ -41,6 +41,8 @@ from armsim_ros.sim.world.hull_overlaps import resolve_overlaps
 from armsim_ros.sim.world.world_scene import WorldScene
 from armsim_ros.sim.world_files.loaded import LoadedWorld
 
+#: In a control period of so many physics steps the dynamics is interpolated between its ends.
+LONG_PERIOD = 20
 #: Updates that can be planned ahead.
 MOST_PLANNED = 100
 
@@ -228,7 +230,18 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._servo.set_gains(gains)
 
     def write(self, steps: int = 1) -> None:
-        """Take the commands over; they are for the time after ``steps`` physics steps."""
+        """
+        Take the commands over; they are for the time after ``steps`` physics steps.
+
+        In a long period without feed-forward they are taken over as by ``write_period``.
+        """
+        if (steps >= LONG_PERIOD and np.isnan(self.feedforward.velocity).all()
+                and self.effort_bound.tobytes() == self._bounded):
+            self.write_period(steps)
+        else:
+            self._write(steps)
+
+    def _write(self, steps: int) -> None:
         written = self._inputs.tobytes(), steps
         if self._servo.resting and written == self._written:
             return
@@ -246,7 +259,8 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
     def can_plan(self, steps: int) -> bool:
         """Return whether commands of the periods ahead, of so many steps, can be planned."""
         servo = self._servo
-        return self._mock is None and not servo.resting and servo.can_plan(steps)
+        return (steps < LONG_PERIOD and self._mock is None and not servo.resting
+                and servo.can_plan(steps))
 
     def begin_plan(self) -> None:
         """Let controllers write what they know of the updates ahead into ``plan``."""
@@ -314,7 +328,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             if moves and self._servo.plan_period(position, steps):
                 self._written = (b'', 0)
                 return
-        self.write(steps)
+        self._write(steps)
         if not self._servo.resting:
             self._servo.plan_written()
 

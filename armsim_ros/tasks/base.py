@@ -153,6 +153,11 @@ class TaskEnv(ArmEnv):
         return self._task_observations.environment_names
 
     @property
+    def observes_pictures(self) -> bool:
+        """Whether pictures are observed."""
+        return self._task_observations.pictures
+
+    @property
     def target(self) -> Vector:
         """Where the target is (3,) [m]."""
         position: Vector = self._sim.simulation.mujoco_model.site(TARGET).pos

@@ -33,7 +33,7 @@ class VacuumControl:
         self.gripper.switch_on()
         if not self._watched:
             self._watched = True
-            self._loop.every(LOOK_NS, self._look)
+            self._loop.every(LOOK_NS, self._look, at_once=False)
 
     def off(self) -> None:
         """Let go."""

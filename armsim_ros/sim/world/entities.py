@@ -14,7 +14,7 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.geometry import Geometry, half_extent, Mesh, Plane
 from armsim_ros.model.world_objects import WorldObject
-from armsim_ros.sim.physics.mujoco_model import Ground
+from armsim_ros.sim.physics.mujoco_model import Ground, object_body_name
 from armsim_ros.sim.simulation import Simulation
 from armsim_ros.sim.world.world_scene import WorldEdit
 
@@ -205,6 +205,25 @@ class Entities:
         if frame in self._simulation.model.links:
             return self._simulation.link_pose(frame)
         return self.state(frame).pose
+
+    def body(self, frame: str) -> int:
+        """
+        Return the number of the body of a link or a free object in the physics.
+
+        :raises UnknownEntityError: there is no such link or entity.
+        :raises SimulationError: an object that is fixed.
+        """
+        simulation = self._simulation
+        item = simulation.world.objects.get(frame)
+        if item is None:
+            link = frame if frame in simulation.model.links else self._link(frame)
+            if link is None:
+                self._check(frame)
+            assert link is not None
+            return simulation.link_body(link)
+        if item.mass is None:
+            raise SimulationError(f"object '{frame}' is fixed; only what has a mass is moved")
+        return int(simulation.mujoco_model.body(object_body_name(frame)).id)
 
     def set_state(self, name: str, state: EntityState) -> None:
         """

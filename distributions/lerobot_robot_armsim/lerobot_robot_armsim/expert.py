@@ -5,10 +5,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-from lerobot.teleoperators import Teleoperator, TeleoperatorConfig
+from lerobot.teleoperators import TeleoperatorConfig
 from lerobot.utils.errors import DeviceNotConnectedError
 
 from lerobot_robot_armsim.robot import Armsim, GRIPPER
+from lerobot_robot_armsim.teleoperators import Undemanding
 
 
 @TeleoperatorConfig.register_subclass('armsim_expert')
@@ -17,7 +18,7 @@ class ArmsimExpertConfig(TeleoperatorConfig):
     """The expert of the robot ``armsim`` in the same process."""
 
 
-class ArmsimExpert(Teleoperator):
+class ArmsimExpert(Undemanding):
     """Gives the actions of the expert of the robot that is connected."""
 
     config_class = ArmsimExpertConfig
@@ -34,38 +35,19 @@ class ArmsimExpert(Teleoperator):
         return self._robot().action_features
 
     @property
-    def feedback_features(self) -> dict[str, type]:
-        """Names of what it can feel: nothing."""
-        return {}
-
-    @property
     def is_connected(self) -> bool:
         """Whether it gives actions."""
         return self._connected
 
-    @property
-    def is_calibrated(self) -> bool:
-        """Whether it is calibrated: always."""
-        return True
-
     def connect(self, calibrate: bool = True) -> None:
         """Begin to give actions."""
         self._connected = True
-
-    def calibrate(self) -> None:
-        """Do nothing: there is no device."""
-
-    def configure(self) -> None:
-        """Do nothing: there is no device."""
 
     def get_action(self) -> dict[str, Any]:
         """Return where the expert moves the joints next."""
         task = self._robot().task
         goals, level = task.command_in(task.expert())
         return {**{f'{joint}.pos': goal for joint, goal in goals.items()}, GRIPPER: 100.0 * level}
-
-    def send_feedback(self, feedback: dict[str, Any]) -> None:
-        """Do nothing: it feels nothing."""
 
     def disconnect(self) -> None:
         """Give no more actions."""

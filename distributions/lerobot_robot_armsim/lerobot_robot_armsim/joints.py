@@ -5,13 +5,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-from lerobot.teleoperators import Teleoperator, TeleoperatorConfig
-from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
+from lerobot.teleoperators import TeleoperatorConfig
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.tasks.hand import HandModel
 from lerobot_robot_armsim.robot import GRIPPER
+from lerobot_robot_armsim.teleoperators import Undemanding
+from lerobot_robot_armsim.topic_device import TopicDevice
 
 
 @TeleoperatorConfig.register_subclass('armsim_joints')
@@ -28,7 +29,7 @@ class ArmsimJointsConfig(TeleoperatorConfig):
     topic: str = '/leader/joint_states'
 
 
-class ArmsimJoints(Teleoperator):
+class ArmsimJoints(TopicDevice, Undemanding):
     """
     Gives the positions of a topic as actions of the robot ``armsim``, joint by joint.
 
@@ -44,72 +45,29 @@ class ArmsimJoints(Teleoperator):
         cell = load_cell(config.robot)
         self._hand = HandModel.of(cell)
         self._joints = self._hand.arm_joints(cell.model)
-        self._node: Any = None
 
     @property
     def action_features(self) -> dict[str, type]:
         """Names of the numbers of an action."""
         return {**{f'{joint}.pos': float for joint in self._joints}, GRIPPER: float}
 
-    @property
-    def feedback_features(self) -> dict[str, type]:
-        """Names of what it can feel: nothing."""
-        return {}
-
-    @property
-    def is_connected(self) -> bool:
-        """Whether it gives actions."""
-        return self._node is not None
-
-    @property
-    def is_calibrated(self) -> bool:
-        """Whether it is calibrated: always."""
-        return True
-
     def connect(self, calibrate: bool = True) -> None:
         """Wait for the first message."""
-        if self._node is not None:
-            raise DeviceAlreadyConnectedError(f'{self} is connected already')
-        from sensor_msgs.msg import JointState
+        from armsim_ros.clients.latest_message import JointStates
 
-        from armsim_ros.clients.client_node import ClientNode
-        from armsim_ros.clients.streamed_arm import LatestMessage
-
-        self._node = ClientNode(name='lerobot_armsim_joints')
-        self._states = LatestMessage(
-            self._node, JointState, self.config.topic, 'start what publishes it')
-        try:
-            known = self._states.get().name
-            missing = [joint for joint in self._joints if joint not in known]
-            if missing:
-                raise ArmsimError(f"'{self.config.topic}' has no joint '{missing[0]}'; it has "
-                                  f'{", ".join(known)}')
-        except ArmsimError as error:
-            self.disconnect()
-            raise DeviceNotConnectedError(str(error)) from None
-
-    def calibrate(self) -> None:
-        """Do nothing: positions are what they are."""
-
-    def configure(self) -> None:
-        """Do nothing: there are no settings on a device."""
+        self._subscribe(lambda node: JointStates(
+            node, self.config.topic, 'start what publishes it'), self._check)
 
     def get_action(self) -> dict[str, Any]:
         """Return the positions of the last message."""
-        if self._node is None:
-            raise DeviceNotConnectedError(f'{self} is not connected; call connect() first')
-        message, hand = self._states.get(), self._hand
-        now = dict(zip(message.name, message.position, strict=True))
+        now, hand = self._topic.positions, self._hand
         level = now.get('gripper', 0.0)
         if hand.joint in now:
             level = hand.level_of(now[hand.joint])
         return {**{f'{joint}.pos': now[joint] for joint in self._joints}, GRIPPER: 100.0 * level}
 
-    def send_feedback(self, feedback: dict[str, Any]) -> None:
-        """Do nothing: it feels nothing."""
-
-    def disconnect(self) -> None:
-        """Give no more actions."""
-        node, self._node = self._node, None
-        if node is not None:
-            node.close()
+    def _check(self, message: Any) -> None:
+        missing = [joint for joint in self._joints if joint not in message.name]
+        if missing:
+            raise ArmsimError(f"'{self.config.topic}' has no joint '{missing[0]}'; it has "
+                              f'{", ".join(message.name)}')

@@ -38,6 +38,11 @@ from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity
 from armsim_ros.sim.world_files.resources import FORMATS, WorldResources
 
+try:
+    from armsim_ros.nodes.simulation.world.wrenches import WrenchServer
+except ImportError:  # without mujoco_ros2_control_msgs there are no wrenches over ROS
+    WrenchServer = None  # type: ignore[assignment, misc]
+
 #: The features that have a service here.
 _FEATURES = (
     Features.SPAWNING,
@@ -173,6 +178,9 @@ class WorldServer:
                 node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
             for robot in cell.robots for gripper in grippers[robot.name]
         ]
+        if WrenchServer is not None:
+            self._wrenches = WrenchServer(node, work, dispatcher, self.entities)
+            self.resetting.followers.append(self._wrenches.clear)
         self._services = (
             EntityServices(node, work, self.entities),
             Spawning(node, work, self.entities, resources),
