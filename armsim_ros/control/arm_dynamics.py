@@ -115,6 +115,18 @@ class ArmDynamics:
         pose[:3, 3] = turn @ (data.xpos[body] - origin)
         return pose
 
+    def weight(self, link: str) -> Vector:
+        """
+        Return force and torque of the weight of a link and all beyond it (6,) [N, N*m].
+
+        Torques are about the link's origin; all is in the axes of the link.
+        """
+        data, body = self._data, self._links[link]
+        axes = data.xmat[body].reshape(3, 3)
+        force = float(self._model.body_subtreemass[body]) * self._model.opt.gravity
+        lever = data.subtree_com[body] - data.xpos[body]
+        return np.concatenate((axes.T @ force, axes.T @ np.cross(lever, force)))
+
     def has(self, link: str) -> bool:
         """Return whether the robot has a link."""
         return link in self._links

@@ -80,6 +80,11 @@ class FaultInjector(HardwareInterface):
         return self._hardware.state_interfaces
 
     @property
+    def sensor_links(self) -> Mapping[str, str]:
+        """Sensor of forces and torques -> the link on which it sits."""
+        return self._hardware.sensor_links
+
+    @property
     def other_states(self) -> Mapping[str, float]:
         """Those of the hardware."""
         return self._hardware.other_states

@@ -150,6 +150,11 @@ class HardwareInterface(ABC):
         """Joint -> interfaces that can be read."""
 
     @property
+    def sensor_links(self) -> Mapping[str, str]:
+        """Sensor of forces and torques -> the link on which it sits."""
+        return {}
+
+    @property
     def other_states(self) -> Mapping[str, float]:
         """Interface of a sensor or gpio -> its value."""
         return self.given_states

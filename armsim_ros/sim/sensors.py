@@ -55,6 +55,12 @@ class Sensors:
         #: ``sensor/interface`` -> what a sensor shows less than it measures.
         self._zeros: dict[str, float] = {}
 
+    @property
+    def load_links(self) -> dict[str, str]:
+        """Sensor of forces and torques -> the link on which it sits."""
+        return {sensor.name: sensor.frame for sensor, _, kinds in self._sensors
+                if kinds.issuperset(_LOAD)}
+
     def tare(self, foreign: Collection[str] = ()) -> None:
         """Have the present forces and torques read as 0, but for those of foreign sensors."""
         self._zeros = {name: value + self._zeros.get(name, 0.0)

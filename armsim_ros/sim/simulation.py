@@ -133,6 +133,11 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         return self._state_interfaces
 
     @property
+    def sensor_links(self) -> Mapping[str, str]:
+        """Sensor of forces and torques -> the link on which it sits."""
+        return self._sensors.load_links
+
+    @property
     def other_states(self) -> Mapping[str, float]:
         """Interface of a sensor or gpio -> its value: commanded, else measured, else initial."""
         found = {name: value for system in self.model.hardware

@@ -97,7 +97,12 @@ class NetForceController(Controller[ParametersT]):
                         np.isfinite(limits.lower) & np.isfinite(limits.upper)))
 
     def activate(self, time_ns: int) -> None:
-        """Begin where the arm is, at rest."""
+        """
+        Begin where the arm is, at rest.
+
+        A sensor of the robot at ``ft_sensor_ref_link`` is read as long as no message of the
+        topic has come.
+        """
         hardware = self.context.hardware
         self.time_ns = time_ns
         self._index = [hardware.index[name] for name in self.joints]
@@ -107,6 +112,9 @@ class NetForceController(Controller[ParametersT]):
         self._model.place(hardware.state.position[self._index].copy())
         self._target = self._model.arm.pose
         self._wrench, self._measured = np.zeros(6), np.zeros(6)
+        self._sensor_link = self.parameters.links.get('ft_sensor_ref_link', '')
+        self._sensor = next((name for name, link in hardware.sensor_links.items()
+                             if link == self._sensor_link), '')
         self._last_error: Vector | None = None
         self._stride = self.context.update_rate // self.own_rate
         self._start, self._updates = self._model.positions, 0
@@ -129,6 +137,8 @@ class NetForceController(Controller[ParametersT]):
         model.place(self.context.hardware.state.position[self._index].copy())
         # The force controller makes a single step, as upstream's.
         count = parameters.solver.iterations if self.takes_poses else 1
+        if self._sensor:
+            self._measured = self._load(self._sensor)
         for _ in range(count):
             error = self.net_force()
             last = error if self._last_error is None else self._last_error
@@ -195,8 +205,17 @@ class NetForceController(Controller[ParametersT]):
             return self._drop('ft_sensor_wrench', str(list(wrench)))
         if self._refused:
             return self._refused
+        self._sensor = ''
         self._measured = np.array(wrench, dtype=np.float64)
         return ''
+
+    def _load(self, sensor: str) -> Vector:
+        """Return what a sensor of the hardware measures (6,), but for the weight beyond it."""
+        states = self.context.hardware.other_states
+        measured = np.array([states[f'{sensor}/{kind}.{axis}']
+                             for kind in ('force', 'torque') for axis in 'xyz'])
+        load: Vector = measured - self._model.arm.weight(self._sensor_link)
+        return load
 
     def motion_error(self) -> Vector:
         """Return way and rotation vector to the target (6,), in base axes, each at most 1."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import ControllerError
+from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.transforms import quat_xyzw_from_matrix, rotation_angle
 from armsim_ros.stack import ArmSim
 
@@ -99,6 +100,44 @@ def test_without_contact_it_does_not_drift(moved, kind, parameters):
     start = arm.tip[:3, 3].copy()
     arm.run(10.0)
     assert np.linalg.norm(arm.tip[:3, 3] - start) < 0.001
+
+
+@pytest.fixture
+def sensing():
+    """Return the arm with a sensor in its wrist and one of the controllers active."""
+    cell = load_cell('panda', overrides={
+        'simulation.sensors.wrist': {'type': 'force_torque', 'link': 'panda_hand'}})
+    return lambda kind, **parameters: Moved(cell, kind, **parameters)
+
+
+@pytest.mark.parametrize(('kind', 'parameters'), [(FORCE, SENSOR), (COMPLIANCE, YIELDING)])
+def test_the_weight_of_the_hand_moves_nothing(sensing, kind, parameters):
+    """The robot's own sensor is read where nothing is published; no millimetre in ten seconds."""
+    arm = sensing(kind, pd_gains=gains(0.05, 1.5), solver={'error_scale': 0.5}, **parameters)
+    arm.run(1.0)  # the sensor measures inertia, too, until the arm is at rest
+    start = arm.tip[:3, 3].copy()
+    arm.run(10.0)
+    assert np.linalg.norm(arm.tip[:3, 3] - start) < 0.001
+
+
+def test_the_sensor_of_the_robot_is_read_until_a_message_comes(sensing):
+    """
+    Ten newtons on 500 N/m: 20 mm beyond where the push itself moves the arm.
+
+    The model begins where the joints are, so that the arm creeps under a push in any case.
+    """
+    ways = []
+    for message in (None, np.zeros(6)):
+        arm = sensing(COMPLIANCE, pd_gains=gains(0.05, 1.5, 0.005), solver={'error_scale': 0.5},
+                      **YIELDING)
+        arm.run(1.0)
+        if message is not None:
+            arm.controller.receive_measured(message)
+        start = arm.tip[:3, 3].copy()
+        arm.sim.simulation.apply_wrench('panda_hand', force=(0.0, 10.0, 0.0))
+        arm.run(4.0)
+        ways.append(arm.tip[1, 3] - start[1])
+    assert ways[0] - ways[1] == pytest.approx(0.02, abs=0.003)
 
 
 def test_a_measured_force_moves_the_springs(moved):
