@@ -21,9 +21,9 @@ WORDS = {limits.Ge: ('>=', 'ge'), limits.Gt: ('>', 'gt'), limits.Le: ('<=', 'le'
 
 
 def kinds(base: type[Settings]) -> Iterator[type[Settings]]:
-    """Yield all kinds of settings of the package."""
+    """Yield all kinds of settings of the configuration."""
     for kind in base.__subclasses__():
-        if kind.__module__.startswith('armsim_ros.'):
+        if kind.__module__.startswith(f'{config.__name__}.'):
             yield kind
             yield from kinds(kind)
 
