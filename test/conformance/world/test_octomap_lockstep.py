@@ -38,6 +38,8 @@ PATIENCE = 120.0
 #: Steps of a millisecond between two pictures.
 PERIOD = 200
 OCTOMAP = 32
+#: What the map leaves open about the border of what was seen [m].
+HALF_CELL = 0.0125
 UNKNOWN = ('camera:=true', 'octomap:=true', 'scene_from_world:=false', 'mode:=lockstep', 'seed:=0')
 SMALL = {'width': 320, 'height': 240, 'rate': 5}
 
@@ -104,7 +106,7 @@ class Watcher(WorldUser):
         assert code == OK, text
 
     def plan(self, positions: tuple[float, ...]) -> tuple[Any, bool]:
-        """Return a motion, and whether it passes through the post."""
+        """Return a motion, and whether it passes through the post, deeper than cells can tell."""
         answer = self.move_group.plan(
             self.task.group, self.task.joints(positions), allowed_planning_time=20.0)
         assert answer.error_code.val == SUCCESS, answer.error_code.message
@@ -112,9 +114,10 @@ class Watcher(WorldUser):
         model, here = self._sim.scene.kinematic_model, self._sim.scene.q
         points = [np.array(point.positions) for point in motion.points]
         return answer.planned_trajectory, any(
-            self._truth.in_collision(model.vector(dict(zip(
-                motion.joint_names, before + share * (after - before), strict=True)), here))
-            for before, after in itertools.pairwise(points) for share in (0.0, 0.25, 0.5, 0.75))
+            contact.depth > HALF_CELL
+            for before, after in itertools.pairwise(points) for share in (0.0, 0.25, 0.5, 0.75)
+            for contact in self._truth.contacts(model.vector(dict(zip(
+                motion.joint_names, before + share * (after - before), strict=True)), here)))
 
     def go(self, positions: tuple[float, ...], *, around: bool = True) -> None:
         """Move the arm, around the post if it is there; the arm does not block itself then."""
@@ -141,7 +144,7 @@ class Watcher(WorldUser):
         if update.octomap is None:
             return 0
         apart = update.octomap.boxes[0] - self.task.place
-        half = 0.5 * np.array(self.task.size) + 0.0125
+        half = 0.5 * np.array(self.task.size) + HALF_CELL
         return int(((np.abs(apart) <= half).all(axis=1) & (apart[:, 2] > 0.0)).sum())
 
     def hold(self, *, attach: bool) -> None:

@@ -3,23 +3,26 @@
 """Joint states that are refilled in place."""
 
 import numpy as np
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
 
-from armsim_ros.nodes.conversions.joint_state import DynamicJointStateBuffer, JointStateBuffer
+from armsim_ros.nodes.conversions.joint_state import (
+    DynamicJointStateBuffer,
+    serialized_joint_state,
+)
 
 
-def test_a_refilled_message_has_the_new_values() -> None:
-    """The same message carries each new state; a missing interface stays NaN."""
-    buffer = JointStateBuffer(('a', 'b'), 'base_link')
-    first = buffer.fill(1, np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.full(2, np.nan))
-    assert all(np.isnan(first.effort))
-    assert list(first.position) == [1.0, 2.0]
-    again = buffer.fill(2_000_000_003, np.array([5.0, 6.0]), np.zeros(2), np.zeros(2))
-    assert again is first
-    assert list(again.name) == ['a', 'b']
-    assert again.header.frame_id == 'base_link'
-    assert (again.header.stamp.sec, again.header.stamp.nanosec) == (2, 3)
-    assert list(again.position) == [5.0, 6.0]
-    assert list(again.velocity) == [0.0, 0.0]
+def test_a_serialized_message_has_the_new_values() -> None:
+    """Positions, velocities and efforts are written in this order; all else stays."""
+    buffer = serialized_joint_state(('a', 'b'), 'base_link')
+    for time_ns, numbers in ((1, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+                             (2_000_000_003, [5.0, 6.0, 0.0, -1.0, 7.0, 8.0])):
+        buffer.set_numbers(np.array(numbers))
+        message = deserialize_message(buffer.at(time_ns), JointState)
+        assert list(message.name) == ['a', 'b']
+        assert message.header.frame_id == 'base_link'
+        assert message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec == time_ns
+        assert [*message.position, *message.velocity, *message.effort] == numbers
 
 
 def test_dynamic_states_keep_each_joints_own_interfaces() -> None:
