@@ -1,0 +1,52 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""``armsim teleop --record``: a person's episodes of a task, in a data set."""
+
+from contextlib import closing
+import json
+import time
+
+import numpy as np
+import pyarrow.parquet as pq
+from teleop_terminal import Teleop
+
+from armsim_ros.testing.program import private_domain
+
+
+def shows(teleop, text, count=1, timeout=60.0):
+    """Wait until a text is printed so many times."""
+    deadline = time.monotonic() + timeout
+    while teleop.text.count(text) < count:
+        assert time.monotonic() < deadline, teleop.text
+        time.sleep(0.02)
+
+
+def test_episodes_of_keys_are_kept_or_dropped(tmp_path):
+    """Space starts and ends an episode, backspace drops it; Ctrl-C leaves a whole set."""
+    folder = tmp_path / 'set'
+    with private_domain() as domain, closing(Teleop(
+            domain, '--with', 'keyboard', '--speed', '1', '--record', 'armsim/Reach-v1',
+            str(folder))) as teleop:
+        shows(teleop, 'space starts the episode')
+        teleop.press(' ')
+        shows(teleop, 'recording; ')
+        for _ in range(20):
+            teleop.press('1')
+        teleop.press(' ')
+        shows(teleop, 'episode 0: ')
+        teleop.press(' ')
+        shows(teleop, 'recording; ', 2)
+        teleop.press('\x7f')
+        shows(teleop, 'the episode is dropped')
+        assert teleop.end() == 0
+        assert "1 episodes are in '" in teleop.text
+        assert 'Traceback' not in teleop.text
+    info = json.loads((folder / 'meta/info.json').read_text())
+    assert (info['total_episodes'], info['fps']) == (1, 20)
+    rows = pq.read_table(folder / 'data/chunk-000/file-000.parquet').to_pydict()
+    states = np.array(rows['observation.state'])
+    assert states[-1, 0] - states[0, 0] > 0.1
+    assert np.abs(states[-1, 1:6] - states[0, 1:6]).max() < 0.02
+    assert np.ravel(rows['next.done']).tolist() == [False] * (len(states) - 1) + [True]
+    own = json.loads((folder / 'meta/armsim.json').read_text())
+    assert own['policy'] == 'teleop keyboard'
