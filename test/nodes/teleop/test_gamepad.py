@@ -5,11 +5,16 @@
 from contextlib import closing
 import os
 import struct
+import time
 
 import pytest
+from sensor_msgs.msg import Joy
 
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, ResourceError
-from armsim_ros.nodes.teleop.gamepad import Joystick
+from armsim_ros.nodes.teleop import gamepad as gamepads
+from armsim_ros.nodes.teleop.gamepad import find_gamepad, Joystick
 
 
 @pytest.fixture
@@ -55,3 +60,39 @@ def test_a_device_that_is_gone_is_an_error(tmp_path):
     path.write_bytes(b'')
     with closing(Joystick(str(path))) as joystick, pytest.raises(ArmsimError, match='is gone'):
         joystick.read()
+
+
+@pytest.fixture
+def clients():
+    """Give the node of teleop, and that of a driver."""
+    with RosClient('teleop') as client, ClientNode(name='driver') as driver:
+        yield client, driver
+
+
+def test_the_topic_is_taken_where_it_is_published(clients):
+    """Its messages count until they cease."""
+    client, driver = clients
+    publisher = driver.node.create_publisher(Joy, '/joy', 10)
+    timer = driver.node.create_timer(
+        0.02, lambda: publisher.publish(Joy(axes=[0.5, -1.0], buttons=[1])))
+    gamepad = find_gamepad(client, '', 20.0)
+    assert [list(each) for each in gamepad.read()] == [[0.5, -1.0], [1]]
+    driver.in_executor(timer.cancel)
+    deadline = time.monotonic() + 20.0
+    while gamepad.read() != ((), ()):
+        assert time.monotonic() < deadline
+
+
+def test_a_silent_topic_is_named(clients):
+    """With what to check."""
+    client, driver = clients
+    driver.node.create_publisher(Joy, '/joy', 10)
+    with pytest.raises(ArmsimError, match=r"no message on '/joy' within 0\.1 s.*autorepeat_rate"):
+        find_gamepad(client, '', 0.1)
+
+
+def test_without_topic_and_device_there_is_no_gamepad(clients, monkeypatch, tmp_path):
+    """Both are named."""
+    monkeypatch.setattr(gamepads, 'DEVICE', str(tmp_path / 'js0'))
+    with pytest.raises(ResourceError, match=r"neither is '/joy' published nor is there .*js0'"):
+        find_gamepad(clients[0], '', 1.0)
