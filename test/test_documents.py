@@ -34,7 +34,7 @@ BLOCKS = all_blocks()
 HERE = [block for block in BLOCKS if not block.reason and block.page not in (TUTORIAL, LIBRARY)]
 #: A command -> where else it runs.
 ELSEWHERE = re.compile(
-    r'ros2 |armsim (go|stop|state) |python examples/(jog|pick_with_fingers)\.py'
+    r'ros2 |armsim (go|stop|state|teleop) |python examples/pick_with_fingers\.py'
     r'|python -m pytest test_my_arm.py|\. \.venv/bin/activate|eval ')
 
 

@@ -22,6 +22,7 @@ ROBOT_PROGRAMS = {
 CLIENT_PROGRAMS = {
     'web': 'serve the page that shows and moves the robot in a browser',
     'bridge': 'rosbridge and rosapi, for browsers and programs without ROS',
+    'teleop': 'move a running arm by keyboard, gamepad or leader arm',
     'spawner': 'load, configure and activate controllers',
     'unspawner': 'deactivate and unload controllers',
     'hardware_spawner': 'configure or activate hardware components',

@@ -72,7 +72,7 @@ def collect(
         raise ConfigError(Problem(f'--workers {plan.workers}', allowed=f'at least 1, or {RAY}'))
     runner = EpisodeRunner(plan.source)
     try:
-        data = _opened(plan, folder, runner)
+        data = opened(plan, folder, runner)
         progress(data)
         for episode in _kept(plan, data, runner):
             data.add(episode)
@@ -83,7 +83,12 @@ def collect(
                      sum(bool(facts['success']) for facts in data.facts), data.dropped)
 
 
-def _opened(plan: Plan, folder: Path, runner: EpisodeRunner) -> DataSet:
+def opened(plan: Plan, folder: Path, runner: EpisodeRunner) -> DataSet:
+    """
+    Return the data set of a plan, which is begun or goes on.
+
+    :raises ConfigError: the folder has something else.
+    """
     task = runner.task
     facts: Mapping[str, Any] = {
         'env_id': plan.source.env_id, 'arguments': _plain(runner.source.arguments),

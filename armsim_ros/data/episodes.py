@@ -56,11 +56,14 @@ class EpisodeRunner:
     An environment that runs one episode after the other.
 
     :param source: where episodes come from.
+    :param policy: in place of that of the source; an episode ends where it returns None.
     :raises ConfigError: an unknown id, or a policy that cannot be imported.
     """
 
-    def __init__(self, source: Source) -> None:
-        self._policy = None if source.policy in (EXPERT, RANDOM) else imported(source.policy)
+    def __init__(self, source: Source, policy: Policy | None = None) -> None:
+        self._policy = policy
+        if policy is None and source.policy not in (EXPERT, RANDOM):
+            self._policy = imported(source.policy)
         suited: Mapping[str, Any] = getattr(self._policy, 'arguments', {})
         self.source = replace(source, arguments={**suited, **source.arguments})
         self.env = made(self.source)
@@ -83,6 +86,7 @@ class EpisodeRunner:
             for name, value in frame.items():
                 (pictures if name.startswith(IMAGES) else columns).setdefault(
                     name, []).append(value)
+        columns[DONE][-1] = True
         fps = round(1.0 / self.task.period)
         facts = {'seed': seed, 'randomization': info['randomization'],
                  'digest': self.task.digest(), 'success': bool(info['is_success'])}
@@ -107,6 +111,8 @@ class EpisodeRunner:
         policy, ended = self._policy_of(seed), False
         while not ended:
             action = self._clipped(policy, observation)
+            if action is None:
+                return
             after, reward, terminated, truncated, info = self.env.step(action)
             ended = terminated or truncated
             yield observation, action, float(reward), {
@@ -129,7 +135,10 @@ class EpisodeRunner:
     def _clipped(self, policy: Policy, observation: Any) -> Any:
         space = self.task.action_space
         try:
-            action = np.asarray(policy(observation), dtype=np.float32)
+            chosen = policy(observation)
+            if chosen is None:
+                return None
+            action = np.asarray(chosen, dtype=np.float32)
             return np.clip(self.task.checked_action(action), space.low, space.high).astype(
                 np.float32)
         except ArmsimError:

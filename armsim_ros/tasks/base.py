@@ -195,14 +195,17 @@ class TaskEnv(ArmEnv):
         action: Vector = (np.array(units) - self._middle) / self._half
         return action
 
-    def command_by(self, way: Vector, level: float) -> Vector:
+    def command_by(
+        self, way: Sequence[float], level: float, turn: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> Vector:
         """
-        Return the action, of kind ``position``, that moves the tip without turning it.
+        Return the action, of kind ``position``, that moves and turns the tip.
 
         :param way: (3,) in world axes, within a step [m].
         :param level: as for ``command_of``.
+        :param turn: (3,) about world axes [rad].
         """
-        twist = np.concatenate((np.asarray(way) / self.period, np.zeros(3)))
+        twist = np.array([*way, *turn]) / self.period
         others = self._target[self._actions.others]
         goals = self._actions.towards(twist, others, self._target)
         return self.command_of(dict(zip(self.joints, goals.tolist(), strict=True)), level)

@@ -1,8 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The keys of examples/jog.py from each named state of each robot: a motion, or a way out."""
+"""The keys of armsim teleop from each named state of each robot: a motion, or a way out."""
 
-import ast
 from functools import cache
 from pathlib import Path
 import re
@@ -15,6 +14,7 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.teleop.commands import MOVES
 from armsim_ros.servo.assembly import arm_group
 from armsim_ros.servo.commands import ServoStatus, weightiest
 
@@ -23,13 +23,6 @@ FAR = 0.02
 #: Every robot that is included; the cells consist of these.
 ROBOTS = sorted(file.parent.name for file in (ROOT / 'config').glob('*/kinematics.yaml'))
 AXES = {'x': (1, 0, 0), 'y': (0, 1, 0), 'z': (0, 0, 1)}
-
-
-def keys_of_the_example():
-    """Return the direction of each key, as the example has it."""
-    tree = ast.parse((ROOT / 'examples/jog.py').read_text(encoding='utf-8'))
-    return next(ast.literal_eval(each.value) for each in tree.body
-                if isinstance(each, ast.Assign) and each.targets[0].id == 'MOVES')
 
 
 @cache
@@ -86,7 +79,7 @@ def test_each_key_moves_the_tip_or_names_a_way_out(name):
     for state in kinematics.robot.semantic.named_states[group]:
         made = made_in(name, state)
         start = made.positions[0]
-        for direction in keys_of_the_example().values():
+        for direction in MOVES.values():
             restart(made, start)
             way, finding = moved(made, np.array(direction), 2.0)
             if way < FAR:
@@ -117,7 +110,7 @@ def test_the_default_robot_can_be_jogged_from_ready():
     """From `ready` each key moves the tip at once, without a warning on its first 50 mm."""
     made = made_in('sunday', 'ready')
     start = made.positions[0]
-    for direction in keys_of_the_example().values():
+    for direction in MOVES.values():
         restart(made, start)
         way, finding = moved(made, np.array(direction), 0.8)
         assert way > 0.05

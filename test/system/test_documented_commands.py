@@ -29,8 +29,8 @@ READY = 'You can start planning now!'
 #: Commands that run until they are stopped: their first line is waited for.
 ENDLESS = ('ros2 topic pub -r',)
 MODULES = {'ros2': 'armsim_ros2', 'armsim': 'armsim_ros'}
-#: Programs that start a robot, and those that read and write files.
-WITHOUT_ROBOT = {'bringup', 'web', 'bridge', *FILE_PROGRAMS, *LEARNING_PROGRAMS}
+#: Programs that start a robot, that need a terminal, and that read and write files.
+WITHOUT_ROBOT = {'bringup', 'web', 'bridge', 'teleop', *FILE_PROGRAMS, *LEARNING_PROGRAMS}
 POSITION = """
 sunday:
   position_controller:

@@ -24,7 +24,7 @@ from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.verbs.state import joint_states, SRDF
-from armsim_ros.nodes.verbs.terminal import parser, read, show, table, until
+from armsim_ros.nodes.verbs.terminal import parser, read, share, show, table, until
 
 _ACTION = '/move_action'
 _DESCRIPTIONS = ('/robot_description', SRDF)
@@ -44,9 +44,9 @@ def main(argv: Sequence[str] | None = None) -> int:
                        help='such as scan_food, or joint_1=0.5 joint_2=-30deg (rad or m '
                        'without deg); all other joints stay where they are')
     words.add_argument('--group', default='', help='planning group (default: a group that has it)')
-    words.add_argument('--speed', type=_share, default=1.0, metavar='SHARE',
+    words.add_argument('--speed', type=share, default=1.0, metavar='SHARE',
                        help='share of the velocity limits, 0 to 1 (default: 1)')
-    words.add_argument('--acceleration', type=_share, default=1.0, metavar='SHARE',
+    words.add_argument('--acceleration', type=share, default=1.0, metavar='SHARE',
                        help='share of the acceleration limits, 0 to 1 (default: 1)')
     words.add_argument('--plan-only', action='store_true', help='do not move')
     asked, ros = read(words, argv)
@@ -217,16 +217,6 @@ def _outcome(client: RosClient, wrapped: Any, group: str, target: Mapping[str, f
                 default=math.nan)
     value['largest_error'] = error
     return value, f'{text}moved in {duration:.2f} s, largest joint error {1e3 * error:.2f} mrad', 0
-
-
-def _share(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value <= 1.0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a share; allowed: above 0, up to 1")
-    return value
 
 
 def _value(joint: str, text: str) -> float:

@@ -50,6 +50,17 @@ def read(words: Words, argv: Sequence[str] | None) -> tuple[argparse.Namespace, 
     return words.parse_args(own), ros
 
 
+def share(text: str) -> float:
+    """Return the number of an argument that is above 0, up to 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value <= 1.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a share; allowed: above 0, up to 1")
+    return value
+
+
 def until(look: Callable[[], T | None], patience: float, what: str) -> T:
     """
     Look until there is something.

@@ -5,17 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 import os
 from pathlib import Path
-import pty
-import signal
 import subprocess
 import sys
-import time
 from typing import Any
 
-import numpy as np
 import pytest
 from streaming_bench import ARM, Streamed
 import yaml
@@ -37,71 +33,6 @@ def started(
         finally:
             if program.poll() is None:
                 program.kill()
-
-
-@pytest.fixture
-def terminal() -> Iterator[tuple[int, int]]:
-    """Give the two ends of a terminal: that of the user and that of the program."""
-    ends = pty.openpty()
-    yield ends
-    for end in ends:
-        os.close(end)
-
-
-@statement('SRV-23')
-def test_jog(arm: Streamed, terminal: tuple[int, int]) -> None:
-    """Keys in a terminal move the tip and turn joints; Ctrl-C ends it without a traceback."""
-    keys, screen = terminal
-    with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
-                 stderr=subprocess.STDOUT) as program:
-        for key in (b'w', b's', b'a', b'd', b'q', b'e', b'6'):
-            before = arm.positions
-            deadline = time.monotonic() + 60.0
-            # Held as a terminal does it: the same key again and again.
-            while np.abs(arm.positions - before).max() < 0.05:
-                assert time.monotonic() < deadline, f'{key!r} moves nothing'
-                os.write(keys, key)
-                time.sleep(0.05)
-            arm.rest()
-        program.send_signal(signal.SIGINT)
-        text, _ = program.communicate(timeout=30.0)
-    assert program.returncode == 0
-    assert 'Traceback' not in text
-    assert 'move the tip along x, y, z' in text
-    assert 'no command type is chosen' not in text
-
-
-@statement('SRV-23')
-def test_jog_in_a_singularity(arm: Streamed, terminal: tuple[int, int]) -> None:
-    """Where a key cannot move the tip, the terminal shows which joint is free."""
-    keys, screen = terminal
-    arm.go([0.0] * 6)
-    with started(arm, 'jog.py', stdin=screen, stdout=subprocess.PIPE,
-                 stderr=subprocess.STDOUT) as program:
-        assert program.stdout is not None
-        os.set_blocking(program.stdout.fileno(), False)
-        text = b''
-
-        def shown() -> bool:
-            nonlocal text
-            os.write(keys, b'w')
-            time.sleep(0.05)
-            with suppress(BlockingIOError):
-                text += os.read(program.stdout.fileno(), 1 << 16)
-            return b"free: turn 'joint_3'" in text
-
-        arm.until(shown, 'the terminal names a free joint')
-        program.send_signal(signal.SIGINT)
-        assert program.wait(timeout=30.0) == 0
-
-
-@statement('SRV-23')
-def test_jog_without_a_terminal(arm: Streamed) -> None:
-    """Without a terminal it says that it needs one."""
-    with started(arm, 'jog.py', stdin=subprocess.DEVNULL, stderr=subprocess.PIPE) as program:
-        _, text = program.communicate(timeout=60.0)
-    assert program.returncode == 1
-    assert 'terminal' in text
 
 
 @statement('FWD-9')
