@@ -58,7 +58,11 @@ def begin(kind, sim, chance):
 
 @pytest.mark.parametrize('vendor', ['none', *TABLES])
 def test_nothing_of_an_old_goal_moves_the_arm_after_a_stop(request, vendor):
-    """After stops at random times the arm rests, and stays where it is once they are cleared."""
+    """
+    After stops at random times the arm rests, and stays where it is once they are cleared.
+
+    HW-B3.
+    """
     sim = ArmSim('sunday', overrides={'simulation.hardware.vendor': vendor})
     arm = sim.manager.arm
     sim.manager.load(FORWARD)

@@ -41,7 +41,11 @@ def controller_of(sim):
 
 
 def test_a_stop_ends_the_goal_with_its_cause(sim):
-    """A running goal ends within 100 ms, aborted, with the words protective stop and the cause."""
+    """
+    A running goal ends within 100 ms, aborted, with the words protective stop and the cause.
+
+    HW-B3.
+    """
     (goal,) = sim.send_trajectory(swing(sim))
     sim.run_until(sim.time + 0.8)
     sim.protective_stop('a person is near')
@@ -52,7 +56,7 @@ def test_a_stop_ends_the_goal_with_its_cause(sim):
 
 
 def test_goals_are_taken_as_soon_as_the_stop_is_cleared(sim):
-    """Also before the next update."""
+    """HW-B5: Also before the next update."""
     sim.protective_stop()
     sim.run_until(sim.time + 0.5)
     sim.clear_stop()
@@ -62,7 +66,7 @@ def test_goals_are_taken_as_soon_as_the_stop_is_cleared(sim):
 
 
 def test_the_joints_brake_along_the_path_and_rest(sim):
-    """The joints keep their ratio of speeds while they slow down, and rest within 0.5 s."""
+    """HW-B2: The joints keep their ratio of speeds while they slow down, and rest within 0.5 s."""
     start = positions(sim)
     motion = swing(sim)
     way = motion.positions[0] - start
@@ -84,7 +88,7 @@ def test_the_joints_brake_along_the_path_and_rest(sim):
 
 
 def test_goals_are_rejected_until_the_stop_is_cleared(sim):
-    """A stopped arm rejects goals with the reason; afterwards it takes them."""
+    """HW-B5: A stopped arm rejects goals with the reason; afterwards it takes them."""
     sim.protective_stop()
     response = controller_of(sim).send_goal(swing(sim))
     assert response.reason == 'protective stop: injected'
@@ -97,7 +101,7 @@ def test_goals_are_rejected_until_the_stop_is_cleared(sim):
 
 
 def test_an_emergency_stop_is_released_before_it_is_cleared(sim):
-    """A pressed button refuses to be cleared, and its release alone lets nothing move."""
+    """HW-B4: A pressed button refuses to be cleared, and its release alone lets nothing move."""
     arm = sim.manager.arm
     arm.emergency_stop()
     sim.step(20)
@@ -112,7 +116,7 @@ def test_an_emergency_stop_is_released_before_it_is_cleared(sim):
 
 
 def test_an_arm_without_power_takes_no_goals(sim):
-    """Switched-off drives hold the arm, and reject goals until they run again."""
+    """HW-B1: Switched-off drives hold the arm, and reject goals until they run again."""
     arm = sim.manager.arm
     (goal,) = sim.send_trajectory(swing(sim))
     sim.run_until(sim.time + 0.5)
@@ -126,7 +130,7 @@ def test_an_arm_without_power_takes_no_goals(sim):
 
 
 def test_a_reset_clears_a_stop(sim):
-    """After a reset of the simulation the arm is as at the start."""
+    """HW-B7: After a reset of the simulation the arm is as at the start."""
     sim.protective_stop()
     sim.step(20)
     sim.loop.restart('the simulation was reset')
@@ -137,7 +141,7 @@ def test_a_reset_clears_a_stop(sim):
 
 @pytest.mark.parametrize('watch', ['always', 'never'])
 def test_a_joint_that_is_too_fast_stops_the_arm(watch):
-    """At more than 1.2 times its limit; unless the arm is not watched."""
+    """HW-B1: At more than 1.2 times its limit; unless the arm is not watched."""
     sim = ArmSim('sunday', overrides={'simulation.hardware.watch': watch})
     sim.step(20)
     joint = sim.simulation.mujoco_model.joint('sunday/joint_1')
@@ -153,7 +157,7 @@ def test_a_joint_that_is_too_fast_stops_the_arm(watch):
 
 
 def test_a_joint_outside_of_its_bounds_stops_the_arm():
-    """By more than 0.01 rad; the text has position and bound."""
+    """HW-B1: By more than 0.01 rad; the text has position and bound."""
     sim = ArmSim('sunday', overrides={'simulation.hardware.watch': 'always'})
     upper = sim.model.joints['joint_1'].limits.upper
     sim.simulation.set_positions({'joint_1': upper + 0.005})
@@ -179,7 +183,7 @@ def hitting(force, torque=0.0):
 
 @pytest.mark.parametrize('limits', [{'force': 30.0}, {'force': 1e6, 'torque': 15.0}])
 def test_a_collision_stops_the_arm(limits):
-    """A contact force or an external torque over its limit ends the goal and names both."""
+    """HW-B1: A contact force or an external torque over its limit ends the goal and names both."""
     sim = hitting(**limits)
     here = positions(sim)
     motion = JointTrajectory(JOINTS, np.array([2.0]), (here + TURN)[None])
@@ -190,7 +194,7 @@ def test_a_collision_stops_the_arm(limits):
 
 
 def test_equal_runs_stop_in_the_same_step():
-    """A collision stops the arm at the same time, however the steps are requested."""
+    """HW-B7: A collision stops the arm at the same time, however the steps are requested."""
     times = []
     for step in (1, 7, 100):
         sim = hitting(30.0)

@@ -111,7 +111,11 @@ def with_load(mass):
 
 @pytest.mark.parametrize(('robot', 'vendor'), [('panda', 'franka'), ('ur5', 'ur')])
 def test_free_motion_is_no_load(robot, vendor):
-    """At nearly the full speed of the joints nothing acts from outside, and nothing stops."""
+    """
+    At nearly the full speed of the joints nothing acts from outside, and nothing stops.
+
+    HW-B1.
+    """
     sim = ArmSim(robot, overrides={'simulation.hardware.vendor': vendor})
     assert sim.manager.stops.monitor is not None
     for target, duration in wide_goals(sim, 4, seed=1):
@@ -121,7 +125,7 @@ def test_free_motion_is_no_load(robot, vendor):
 
 
 def test_a_payload_that_is_set_is_no_load():
-    """3 kg in fast motion: what is left of them is far from what stops the arm."""
+    """HW-B1, HW-C7: 3 kg in fast motion: what is left of them is far from what stops the arm."""
     sim = with_load(3.0)
     for target, duration in wide_goals(sim, 4, seed=1):
         goal = go(sim, target, duration)
@@ -130,7 +134,7 @@ def test_a_payload_that_is_set_is_no_load():
 
 
 def test_a_payload_that_is_not_set_is_a_load():
-    """3 kg that are carried, or that are set and not carried, act on the joints."""
+    """HW-C7: 3 kg that are carried, or that are set and not carried, act on the joints."""
     sim = with_load(3.0)
     (robot,) = sim.cell.robots
     loads = ExternalLoads(sim.simulation, sim.manager.hardware.joint_names, robot)
@@ -147,7 +151,7 @@ def test_a_payload_that_is_not_set_is_a_load():
 
 @pytest.mark.parametrize(('robot', 'vendor'), [('panda', 'franka'), ('ur5', 'ur')])
 def test_a_blow_stops_the_arm(robot, vendor):
-    """A block in the way of the hand ends the goal with a collision."""
+    """HW-B1: A block in the way of the hand ends the goal with a collision."""
     sim = ArmSim(robot, overrides={'simulation.hardware.vendor': vendor})
     model, here = sim.scene.kinematic_model, positions(sim)
     there = here + np.array([1.2, *np.zeros(len(here) - 1)])
@@ -164,7 +168,7 @@ def test_a_blow_stops_the_arm(robot, vendor):
 
 @pytest.mark.parametrize(('milliseconds', 'stops'), [(8, False), (16, True)])
 def test_a_torque_stops_the_arm_once_it_lasts(milliseconds, stops):
-    """A push of less than 10 ms does not, a longer one does."""
+    """HW-B1: A push of less than 10 ms does not, a longer one does."""
     sim = panda()
     sim.step(20)
     sim.simulation.apply_wrench('panda_hand', (0.0, 0.0, -150.0))
@@ -179,13 +183,17 @@ def test_a_torque_stops_the_arm_once_it_lasts(milliseconds, stops):
     ({'vendor': 'none', 'watch': 'always'}, True),
     ({'vendor': 'none', 'collision.force': 80.0}, True)])
 def test_an_arm_is_watched_where_it_has_limits(settings, watched):
-    """Those of its vendor or its own, unless the settings have it otherwise."""
+    """HW-B1, HW-A5: Those of its vendor or its own, unless the settings have it otherwise."""
     sim = panda(**{f'simulation.hardware.{key}': value for key, value in settings.items()})
     assert (sim.manager.stops.monitor is not None) == watched
 
 
 def test_the_limits_are_those_of_the_vendor():
-    """Franka has one for each joint, Universal Robots a share; a limit of one's own is for all."""
+    """
+    Franka has one for each joint, Universal Robots a share; a limit of one's own is for all.
+
+    HW-B1.
+    """
     torques = panda().manager.stops.monitor.torques
     assert torques[:7].tolist() == [35.0, 35.0, 32.0, 30.0, 29.0, 27.0, 24.0]
     sim = ArmSim('ur5', overrides={'simulation.hardware.vendor': 'ur'})
@@ -197,7 +205,11 @@ def test_the_limits_are_those_of_the_vendor():
 
 
 def test_freedrive_gives_way_to_what_would_stop_the_arm():
-    """A hand that guides the arm does not stop it; once freedrive ends, the same push does."""
+    """
+    A hand that guides the arm does not stop it; once freedrive ends, the same push does.
+
+    HW-C7.
+    """
     sim = panda(**{'simulation.hardware.collision.torque': 5.0})
     sim.manager.arm.set_freedrive(True)
     sim.step(20)

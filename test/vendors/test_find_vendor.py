@@ -20,30 +20,30 @@ VENDOR = Vendor(name='mine', unlock_delay=2.0)
     ('kortex_driver/KortexMultiInterfaceHardware', 'kinova'),
 ])
 def test_the_plugin_of_a_driver_has_a_vendor(plugin, name):
-    """The hardware plugin of a vendor's driver gives the vendor's table."""
+    """HW-A2: The hardware plugin of a vendor's driver gives the vendor's table."""
     assert find_vendor('', [plugin]).name == name
     assert find_vendor('none', [plugin]) is None
 
 
 def test_mock_and_simulators_have_no_vendor():
-    """Hardware that is mocked or simulated upstream has no vendor."""
+    """HW-A2: Hardware that is mocked or simulated upstream has no vendor."""
     assert find_vendor('', ['mock_components/GenericSystem', 'gz_ros2_control/GazeboSimSystem'
                             ]) is None
 
 
 def test_each_table_has_its_name():
-    """A vendor is known by the name that its table has."""
+    """HW-A2: A vendor is known by the name that its table has."""
     assert [find_vendor(name).name for name in TABLES] == list(TABLES)
 
 
 def test_a_module_of_the_users_own_is_a_vendor(tmp_path, monkeypatch):
-    """A module with a VENDOR is taken by its name."""
+    """HW-A2: A module with a VENDOR is taken by its name."""
     (tmp_path / 'my_vendor.py').write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
     assert find_vendor('my_vendor').unlock_delay == 2.0
 
 
 def test_an_unknown_vendor_is_refused_with_the_known_ones():
-    """The message names the vendors that there are."""
+    """HW-A2: The message names the vendors that there are."""
     with pytest.raises(ConfigError, match='ur, franka, kinova'):
         find_vendor('no_such_vendor')

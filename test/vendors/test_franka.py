@@ -59,7 +59,7 @@ def behavior(torque, force):
 
 
 def test_parameters_are_refused_while_a_controller_moves_the_arm(sim, nodes):
-    """Each service answers with the controller's name; afterwards each succeeds."""
+    """HW-D3: Each service answers with the controller's name; afterwards each succeeds."""
     requests = {
         'set_joint_stiffness': {'joint_stiffness': [3000.0] * 7},
         'set_cartesian_stiffness': {'cartesian_stiffness': [1000.0] * 6},
@@ -89,7 +89,7 @@ def test_parameters_are_refused_while_a_controller_moves_the_arm(sim, nodes):
     ('set_load', {'mass': -1.0}),
 ])
 def test_what_cannot_be_is_refused(nodes, name, request_):
-    """The answer has the reason."""
+    """HW-D3: The answer has the reason."""
     answer = nodes.call(name, **request_)
     assert not answer.success
     assert answer.error
@@ -97,7 +97,11 @@ def test_what_cannot_be_is_refused(nodes, name, request_):
 
 @pytest.mark.parametrize(('force', 'stops'), [(30.0, False), (90.0, True)])
 def test_the_collision_behavior_decides_what_stops_the_arm(sim, nodes, topics, force, stops):
-    """A push of the hand above the threshold of a joint is a reflex, one below is a contact."""
+    """
+    A push of the hand above the threshold of a joint is a reflex, one below is a contact.
+
+    HW-D3, HW-B1.
+    """
     assert nodes.call('set_force_torque_collision_behavior', **behavior(30.0, 100.0)).success
     sim.simulation.apply_wrench('panda_hand', (0, 0, -force))
     sim.run_until(sim.time + 1.0)
@@ -113,7 +117,7 @@ def test_the_collision_behavior_decides_what_stops_the_arm(sim, nodes, topics, f
 
 def test_the_wrench_is_what_pushes_the_arm(sim, topics):
     """
-    20 N along x, and none at all; with the pose of the tool in the arm's base.
+    HW-D2: 20 N along x, and none at all; with the pose of the tool in the arm's base.
 
     What the arm does to its environment is positive (robot_state.h of libfranka: O_F_ext_hat_K,
     tau_ext_hat_filtered).
@@ -135,7 +139,11 @@ def test_the_wrench_is_what_pushes_the_arm(sim, topics):
 
 
 def test_frames_of_clients_are_those_of_the_state(nodes, topics):
-    """The tool is given in the frame of the hand, the wrench's frame in that of the tool."""
+    """
+    The tool is given in the frame of the hand, the wrench's frame in that of the tool.
+
+    HW-D2, HW-D3.
+    """
     frame = np.eye(4)
     frame[:3, 3] = 0.0, 0.0, 0.1
     before = state(topics)
@@ -147,7 +155,7 @@ def test_frames_of_clients_are_those_of_the_state(nodes, topics):
 
 
 def test_the_stiffness_of_joints_is_that_of_the_drives(sim, nodes):
-    """Half the stiffness, twice the deflection."""
+    """HW-D3: Half the stiffness, twice the deflection."""
     found = []
     for stiffness in (2000.0, 1000.0):
         sim.simulation.apply_wrench('panda_hand', (0, 0, 0))
@@ -161,7 +169,7 @@ def test_the_stiffness_of_joints_is_that_of_the_drives(sim, nodes):
 
 
 def test_the_wrench_is_of_the_origin_of_the_stiffness_frame(sim, nodes, topics):
-    """A frame 0.5 m beside a force of 20 N sees its moment as well (O_F_ext_hat_K)."""
+    """HW-D2: A frame 0.5 m beside a force of 20 N sees its moment as well (O_F_ext_hat_K)."""
     sim.simulation.apply_wrench('panda_hand', (20.0, 0, 0))
     sim.step(500)
     before = state(topics).o_f_ext_hat_k.wrench
@@ -176,7 +184,7 @@ def test_the_wrench_is_of_the_origin_of_the_stiffness_frame(sim, nodes, topics):
 
 
 def test_the_wrench_is_zero_in_a_singularity(sim, topics):
-    """Where the tool cannot move in some direction it cannot be told from the torques."""
+    """HW-D2: Where the tool cannot move in some direction it cannot be told from the torques."""
     sim.simulation.set_positions(dict.fromkeys(JOINTS, 0.0) | {
         'panda_joint3': 1.57, 'panda_joint4': -1.57, 'panda_joint6': 3.14})
     sim.simulation.apply_wrench('panda_hand', (0, 20.0, 0))
@@ -189,7 +197,7 @@ def test_the_wrench_is_zero_in_a_singularity(sim, topics):
 
 def test_masses_are_those_of_end_effector_and_load(sim, nodes, topics):
     """
-    In the axes of the flange, at the centre of mass.
+    HW-D2: In the axes of the flange, at the centre of mass.
 
     As ``combineCenterOfMass`` and ``combineInertiaTensor`` (load_calculations.cpp of libfranka).
     """
@@ -214,7 +222,11 @@ def test_masses_are_those_of_end_effector_and_load(sim, nodes, topics):
 
 
 def test_a_collision_is_indicated_until_the_arm_has_recovered(sim, nodes, topics):
-    """The indicator of a joint stays when the push is over (robot_state.h: joint_collision)."""
+    """
+    The indicator of a joint stays when the push is over (robot_state.h: joint_collision).
+
+    HW-D2.
+    """
     sim.simulation.apply_wrench('panda_hand', (0, 0, -100.0))
     sim.run_until(lambda: sim.manager.arm.stopped)
     sim.simulation.apply_wrench('panda_hand', (0, 0, 0))
@@ -234,14 +246,14 @@ def test_a_collision_is_indicated_until_the_arm_has_recovered(sim, nodes, topics
     (Cause('collision', 'contact of x'), {'cartesian_reflex'}),
     (Cause('injected'), {'joint_reflex'}), (Cause('power'), set())])
 def test_causes_are_errors(cause, errors):
-    """Each cause of a stop is its error of libfranka."""
+    """HW-D2: Each cause of a stop is its error of libfranka."""
     message = errors_of(cause)
     assert {name for name in message.get_fields_and_field_types() if getattr(message, name)} == (
         errors)
 
 
 def test_the_mode_follows_the_arm(sim):
-    """IDLE, MOVE, REFLEX, USER_STOPPED, and OTHER without power."""
+    """HW-D2: IDLE, MOVE, REFLEX, USER_STOPPED, and OTHER without power."""
     arm = sim.manager.arm
     assert [robot_mode(arm, moving=moving) for moving in (False, True)] == [1, 2]
     sim.protective_stop()

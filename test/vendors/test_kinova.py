@@ -43,7 +43,7 @@ def controller(kind):
 
 
 def test_a_stop_is_a_fault_until_it_is_reset(sim):
-    """reset_fault clears a stop; while the button is pressed it fails with the reason."""
+    """HW-E1: reset_fault clears a stop; while the button is pressed it fails with the reason."""
     nodes, node = Nodes(sim), Recorder()
     endpoints = KinovaEndpoints(nodes)
     endpoints.open(controller('PicknikResetFaultController'), node)
@@ -59,7 +59,7 @@ def test_a_stop_is_a_fault_until_it_is_reset(sim):
 
 
 def test_commands_move_the_tool_while_the_controller_is_active(sim):
-    """A twist along the tool's z axis, in its own frame; inactive nothing moves."""
+    """HW-E1: A twist along the tool's z axis, in its own frame; inactive nothing moves."""
     nodes, node = Nodes(sim), Recorder()
     nodes.arm.vendor = SimpleNamespace(tool='panda_hand_tcp')
     assert sim.manager.switch([], ['panda_arm_controller']).ok

@@ -73,7 +73,11 @@ def farthest(found, wanted):
 
 @pytest.mark.parametrize('end', ['stop_program', 'protective_stop', 'power_off'])
 def test_without_its_program_the_arm_has_no_active_controllers(sim, end):
-    """The arm's controllers are inactive until the program runs; the others stay active."""
+    """
+    The arm's controllers are inactive until the program runs; the others stay active.
+
+    HW-C6, HW-B5.
+    """
     goal = swing(sim, ARM)
     sim.run_until(sim.time + 0.4)
     before = states(sim)
@@ -99,7 +103,7 @@ def test_without_its_program_the_arm_has_no_active_controllers(sim, end):
 
 
 def test_what_becomes_active_before_the_program_runs_is_set_aside():
-    """With a program that is to be played first, controllers wait inactive for it."""
+    """HW-C6: With a program that is to be played first, controllers wait inactive for it."""
     sim = ArmSim('sunday', overrides={
         'simulation.hardware.vendor': 'ur', 'simulation.hardware.program': 'STOPPED'})
     sim.step(20)
@@ -113,7 +117,7 @@ def test_what_becomes_active_before_the_program_runs_is_set_aside():
 
 
 def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
-    """The scaled controller's time goes at the pace of the slider; another ignores it."""
+    """HW-C3: The scaled controller's time goes at the pace of the slider; another ignores it."""
     assert sim.manager.switch([SCALED], [ARM]).ok
     sim.step(20)
     full, wanted = path(sim, SCALED)
@@ -128,7 +132,7 @@ def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
 
 def test_the_passthrough_controller_moves_the_arm_at_its_pace(sim):
     """
-    A client's trajectory takes twice the time at half the slider; both cannot be active.
+    HW-C3: A client's trajectory takes twice the time at half the slider; both cannot be active.
 
     As ``passthrough_trajectory_controller.cpp`` of ur_controllers (update).
     """
@@ -149,13 +153,17 @@ def test_the_passthrough_controller_moves_the_arm_at_its_pace(sim):
 
 @pytest.mark.parametrize('fraction', [0.0, 0.009, 1.01, float('nan')])
 def test_a_slider_outside_of_its_range_is_refused(sim, fraction):
-    """A refused fraction names the range and changes nothing."""
+    """HW-C3: A refused fraction names the range and changes nothing."""
     assert '0.01 to 1.0' in sim.manager.arm.set_slider(fraction)
     assert sim.manager.hardware.given_states[PACE] == 1.0
 
 
 def test_a_pause_lets_the_goal_wait(sim):
-    """A pause stops the trajectory on its path at once; play lets it go on within a second."""
+    """
+    A pause stops the trajectory on its path at once; play lets it go on within a second.
+
+    HW-C4.
+    """
     assert sim.manager.switch([SCALED], [ARM]).ok
     sim.step(20)
     _, wanted = path(sim, SCALED)
@@ -177,7 +185,11 @@ def test_a_pause_lets_the_goal_wait(sim):
 
 
 def test_a_stop_ends_a_motion_of_a_script(sim):
-    """A script moves the arm without its controllers; a stop brakes that motion, too."""
+    """
+    A script moves the arm without its controllers; a stop brakes that motion, too.
+
+    HW-C8, HW-B3.
+    """
     arm, start = sim.manager.arm, positions(sim)
     arm.stop_program()
     sim.step(20)
@@ -201,7 +213,7 @@ def test_a_stop_ends_a_motion_of_a_script(sim):
 
 
 def test_freedrive_gives_way_and_holds_when_it_ends(sim):
-    """In freedrive a push moves the arm, which does not sink; afterwards it is held."""
+    """HW-C7: In freedrive a push moves the arm, which does not sink; afterwards it is held."""
     arm, start = sim.manager.arm, positions(sim)
     arm.set_freedrive(True)
     sim.run_until(sim.time + 1.0)
@@ -219,7 +231,7 @@ def test_freedrive_gives_way_and_holds_when_it_ends(sim):
 
 
 def test_a_payload_is_what_the_drives_believe(sim):
-    """A payload that is not there pushes the held arm upwards; taken back, it does not."""
+    """HW-C7: A payload that is not there pushes the held arm upwards; taken back, it does not."""
     start = positions(sim)
     sim.simulation.set_payload('link_6', 2.0, (0.0, 0.0, 0.05))
     sim.run_until(sim.time + 1.0)
@@ -245,7 +257,7 @@ def test_each_link_has_its_payload(sim):
 
 
 def test_a_reset_restores_slider_outputs_and_program(sim):
-    """After a reset the arm is as at the start."""
+    """HW-B7: After a reset the arm is as at the start."""
     arm = sim.manager.arm
     arm.set_slider(0.3)
     arm.signals.set('digital_out_2', 1.0)

@@ -43,7 +43,11 @@ def io(nodes):
 
 
 def test_modes_pass_one_by_one(sim, nodes):
-    """Each mode takes its time; the program runs only once the brakes are released."""
+    """
+    Each mode takes its time; the program runs only once the brakes are released.
+
+    HW-C4, HW-C5.
+    """
     seen = []
     assert nodes.call('power_off').message == 'Powering off'
     for command, answer in (('power_on', 'Powering on'), ('brake_release', 'Brake releasing')):
@@ -59,7 +63,7 @@ def test_modes_pass_one_by_one(sim, nodes):
 
 
 def test_a_protective_stop_is_unlocked_after_five_seconds(sim, nodes):
-    """Too early it is refused with the text of the dashboard; afterwards nothing plays."""
+    """HW-B4: Too early it is refused with the text of the dashboard; afterwards nothing plays."""
     sim.protective_stop()
     sim.step(20)
     mode = nodes.call('get_safety_mode')
@@ -75,7 +79,7 @@ def test_a_protective_stop_is_unlocked_after_five_seconds(sim, nodes):
 
 
 def test_an_emergency_stop_leaves_the_power_off(sim, nodes):
-    """Pressed, it refuses power; released, the arm is to be powered up."""
+    """HW-B4: Pressed, it refuses power; released, the arm is to be powered up."""
     sim.manager.arm.emergency_stop()
     sim.step(20)
     assert nodes.call('get_safety_mode').safety_mode.mode == 7
@@ -89,7 +93,7 @@ def test_an_emergency_stop_leaves_the_power_off(sim, nodes):
 
 
 def test_raw_requests_are_those_of_the_services(nodes):
-    """A command as text does what its service does; an unknown one is not understood."""
+    """HW-C4: A command as text does what its service does; an unknown one is not understood."""
     ask = lambda query: nodes.call('raw_request', query=query).answer  # noqa: E731
     assert ask('robotmode') == 'Robotmode: RUNNING'
     assert ask('pause\n') == 'Pausing program'
@@ -107,7 +111,7 @@ def test_raw_requests_are_those_of_the_services(nodes):
     ({'fun': 4, 'pin': 0, 'state': 24.0}, 'tool_voltage'),
 ])
 def test_an_output_is_set(io, request_, signal):
-    """Outputs have the state that was set."""
+    """HW-C2: Outputs have the state that was set."""
     assert io.call('set_io', **request_).success
     assert io.arm.signals.get(signal) == request_['state']
 
@@ -117,12 +121,12 @@ def test_an_output_is_set(io, request_, signal):
     {'fun': 2, 'pin': 0, 'state': 1.0}, {'fun': 3, 'pin': 2, 'state': 1.0},
     {'fun': 4, 'pin': 0, 'state': 5.0}])
 def test_an_output_that_there_is_not_is_refused(io, request_):
-    """Other functions, pins and voltages fail."""
+    """HW-C2: Other functions, pins and voltages fail."""
     assert not io.call('set_io', **request_).success
 
 
 def test_an_inactive_controller_refuses_everything(io):
-    """Services fail and change nothing while the controller is not active."""
+    """HW-C1: Services fail and change nothing while the controller is not active."""
     io.controller.active = False
     assert not io.call('set_io', fun=1, pin=1, state=1.0).success
     assert not io.call('set_speed_slider', speed_slider_fraction=0.5).success
@@ -131,7 +135,7 @@ def test_an_inactive_controller_refuses_everything(io):
 
 
 def test_the_slider_and_control(io, sim):
-    """The slider keeps to its range; control that is handed back stops the program."""
+    """HW-C3: The slider keeps to its range; control that is handed back stops the program."""
     assert io.call('set_speed_slider', speed_slider_fraction=0.01).success
     assert not io.call('set_speed_slider', speed_slider_fraction=0.0).success
     assert io.arm.slider == 0.01
@@ -141,7 +145,7 @@ def test_the_slider_and_control(io, sim):
 
 
 def test_headless_mode_is_the_drivers():
-    """``headless_mode`` of the hardware lets the program be sent."""
+    """HW-C6: ``headless_mode`` of the hardware lets the program be sent."""
     text = ('<robot name="a"><ros2_control name="a" type="system"><hardware>'
             '<param name="headless_mode">{}</param></hardware></ros2_control></robot>')
     assert headless(text.format('true'))
@@ -150,7 +154,7 @@ def test_headless_mode_is_the_drivers():
 
 
 def test_a_script_is_read_with_its_arguments():
-    """Positions, names and defaults of arguments are those of URScript."""
+    """HW-C8: Positions, names and defaults of arguments are those of URScript."""
     secondary, commands = read_script(
         'def f():\n  set_digital_out(3, True)  # valve\n  movej([0, 1], a=2.0)\n  sleep(0.5)\n'
         'end\nf()\n', 2)
@@ -166,6 +170,6 @@ def test_a_script_is_read_with_its_arguments():
     ('sec s():\nmovej([0, 1])\nend', 2), ('sleep(-1)', 1), ('x = 3', 1),
     ('movej([0, 1], b=2)', 1), ('set_tool_voltage(5)', 1), ('set_digital_out(f(), 1)', 1)])
 def test_what_is_not_simulated_is_an_error_with_its_line(script, line):
-    """A script with anything else is refused as a whole."""
+    """HW-C8: A script with anything else is refused as a whole."""
     with pytest.raises(ScriptError, match=f'line {line}, '):
         read_script(script, 2)

@@ -17,6 +17,8 @@ from std_srvs.srv import SetBool, Trigger
 from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
 
+statement = pytest.mark.statement
+
 
 @pytest.fixture
 def safety(bench: Bench) -> Iterator[Any]:
@@ -39,6 +41,7 @@ def wait_for(safety: Any, value: str) -> dict[str, Any]:
     return dict(json.loads(message.data))
 
 
+@statement('HW-B3', 'HW-B6')
 def test_a_protective_stop_ends_goals_until_it_is_cleared(
     bench: Bench, arm: TrajectoryController, safety: Any
 ) -> None:
@@ -56,6 +59,7 @@ def test_a_protective_stop_ends_goals_until_it_is_cleared(
     assert arm.run(arm.to([0.0, 0.0], 1.0)).status == SUCCEEDED
 
 
+@statement('HW-B6')
 def test_robot_status_follows_a_stop(bench: Bench, safety: Any) -> None:
     """As drivers of ROS-Industrial publish it: why the arm cannot move, and since when it can."""
     status = bench.client.collect(bench.name('robot_status'), RobotStatus, 1)
@@ -77,6 +81,7 @@ def test_robot_status_follows_a_stop(bench: Bench, safety: Any) -> None:
     status.close()
 
 
+@statement('HW-B4', 'HW-B6')
 def test_an_emergency_stop_is_not_cleared_while_it_is_pressed(
     bench: Bench, arm: TrajectoryController, safety: Any
 ) -> None:

@@ -18,7 +18,7 @@ def arm_of(**table):
 
 
 def test_a_protective_stop_lasts_for_the_vendors_delay():
-    """It is not cleared before, and the text names the delay."""
+    """HW-B4: It is not cleared before, and the text names the delay."""
     arm = arm_of(unlock_delay=5.0)
     arm.protective_stop()
     arm.update(4 * SECOND)
@@ -30,7 +30,7 @@ def test_a_protective_stop_lasts_for_the_vendors_delay():
 
 
 def test_a_cause_that_is_still_there_keeps_the_stop():
-    """An arm that is still pressed cannot be cleared."""
+    """HW-B4: An arm that is still pressed cannot be cleared."""
     arm = arm_of()
     arm.protective_stop(Cause('collision', 'pressed'))
     arm.present_cause = lambda: Cause('collision', 'pressed')
@@ -40,7 +40,7 @@ def test_a_cause_that_is_still_there_keeps_the_stop():
 
 
 def test_the_drives_are_powered_step_by_step():
-    """Each mode on the way lasts for the vendor's time."""
+    """HW-A1, HW-C4: Each mode on the way lasts for the vendor's time."""
     arm = arm_of(power_step=1.0)
     arm.power_to(Mode.POWER_OFF)
     arm.power_to(Mode.RUNNING)
@@ -52,7 +52,7 @@ def test_the_drives_are_powered_step_by_step():
 
 
 def test_a_released_emergency_stop_can_leave_the_drives_off():
-    """The arm does not go on by itself."""
+    """HW-B4: The arm does not go on by itself."""
     arm = arm_of(emergency_power_off=True)
     arm.emergency_stop()
     arm.release_emergency_stop()

@@ -74,7 +74,7 @@ def arm():
 
 
 def test_the_hand_homes_moves_and_grasps(arm):
-    """A grasp succeeds exactly where the fingers rest within the epsilon of the width."""
+    """HW-D1: A grasp succeeds exactly where the fingers rest within the epsilon of the width."""
     assert arm.run(Homing, f'{HAND}/homing')[1].success
     states = arm.collect(f'{HAND}/joint_states', JointState, 1)
     message = states.wait_for(lambda message: abs(message.position[0] - 0.04) < 5e-4)
@@ -94,7 +94,7 @@ def test_the_hand_homes_moves_and_grasps(arm):
 
 
 def test_a_cube_between_the_fingers_is_grasped(arm):
-    """At its width, not at another; the fingers then are where the cube is."""
+    """HW-D1: At its width, not at another; the fingers then are where the cube is."""
     assert arm.run(Move, f'{HAND}/move', width=0.08, speed=0.1)[1].success
     poses = arm.collect(f'{STATE}/current_pose', PoseStamped, 1)
     tool = poses.wait_for(lambda _: True)
@@ -122,7 +122,7 @@ def test_a_cube_between_the_fingers_is_grasped(arm):
 
 
 def test_gripper_action_takes_half_the_width(arm):
-    """It opens and grasps; its result has the width, as upstream's."""
+    """HW-D1: It opens and grasps; its result has the width, as upstream's."""
     assert arm.run(Move, f'{HAND}/move', width=0.02, speed=0.1)[1].success
     for position in (0.03, 0.03, 0.02):
         goal = GripperCommand.Goal()
@@ -137,7 +137,7 @@ def test_gripper_action_takes_half_the_width(arm):
 
 
 def test_another_goal_stops_the_first(arm):
-    """It is accepted at once, and the first is aborted with the reason."""
+    """HW-D1: It is accepted at once, and the first is aborted with the reason."""
     assert arm.run(Move, f'{HAND}/move', width=0.08, speed=0.1)[1].success
     first = arm.goal(Move, f'{HAND}/move', Move.Goal(width=0.0, speed=0.001))
     assert arm.result(first.accepted)
@@ -147,7 +147,11 @@ def test_another_goal_stops_the_first(arm):
 
 
 def test_a_stop_is_a_mode_and_an_error_of_the_state(arm):
-    """A reflex until the recovery, and a button that the recovery does not release."""
+    """
+    A reflex until the recovery, and a button that the recovery does not release.
+
+    HW-D2, HW-D3.
+    """
     states = arm.collect(f'{STATE}/robot_state', FrankaRobotState, 1)
     message = states.wait_for(lambda message: message.robot_mode == 1)
     assert len(message.measured_joint_state.position) == 7
@@ -168,7 +172,7 @@ def test_a_stop_is_a_mode_and_an_error_of_the_state(arm):
 
 
 def test_parameters_are_set_while_no_controller_moves_the_arm(arm):
-    """Until then they are refused; the frame of the tool is that of current_pose."""
+    """HW-D3: Until then they are refused; the frame of the tool is that of current_pose."""
     frame = np.eye(4)
     frame[2, 3] = 0.1
     request = SetTCPFrame.Request(transformation=frame.T.flatten())

@@ -94,7 +94,7 @@ def arm(stack):
 
 
 def test_a_client_of_a_real_arm_runs_unmodified(stack):
-    """It powers up, unlocks, plays, sets an output and moves at half the speed."""
+    """HW-A3: It powers up, unlocks, plays, sets an output and moves at half the speed."""
     _, status, text, launch = stack
     assert status == 0, text + launch.text
     assert 'set_mode: True Reached target robot mode.' in text
@@ -103,7 +103,11 @@ def test_a_client_of_a_real_arm_runs_unmodified(stack):
 
 
 def test_set_io_is_visible_in_io_states(arm):
-    """Outputs that are set are in io_states; functions and pins that there are not fail."""
+    """
+    Outputs that are set are in io_states; functions and pins that there are not fail.
+
+    HW-C1, HW-C2.
+    """
     states = arm.collect(f'{IO}/io_states', IOStates, 1)
     for value in (1.0, 0.0):
         assert arm.set_io(fun=1, pin=16, state=value)
@@ -121,7 +125,7 @@ def test_set_io_is_visible_in_io_states(arm):
 
 
 def test_the_slider_is_published_in_percent(arm):
-    """set_speed_slider moves the speed scaling; outside of 0.01 to 1 it fails."""
+    """HW-C3: set_speed_slider moves the speed scaling; outside of 0.01 to 1 it fails."""
     scaling = arm.collect('/speed_scaling_state_broadcaster/speed_scaling', Float64, 1)
     for fraction, success in ((0.25, True), (0.0, False), (1.5, False), (1.0, True)):
         answer = arm.call(f'{IO}/set_speed_slider', SetSpeedSliderFraction,
@@ -134,7 +138,11 @@ def test_the_slider_is_published_in_percent(arm):
 
 
 def test_modes_pass_one_by_one(arm):
-    """power_off, power_on and brake_release go through 3, 4, 5 and 7, as the answers say."""
+    """
+    power_off, power_on and brake_release go through 3, 4, 5 and 7, as the answers say.
+
+    HW-C4.
+    """
     modes = arm.collect(f'{IO}/robot_mode', RobotMode, LATCHED)
     running = arm.collect(f'{IO}/robot_program_running', Bool, LATCHED)
     modes.wait_for(lambda message: message.mode == RobotMode.RUNNING)
@@ -158,7 +166,11 @@ def test_modes_pass_one_by_one(arm):
 
 
 def test_a_protective_stop_is_unlocked_after_five_seconds(arm):
-    """Until then it fails with the dashboard's text; afterwards the program is to be played."""
+    """
+    Until then it fails with the dashboard's text; afterwards the program is to be played.
+
+    HW-B4, HW-C4.
+    """
     assert arm.call('/protective_stop', SetBool, SetBool.Request(data=True)).success
     mode = arm.call(f'{DASHBOARD}/get_safety_mode', GetSafetyMode)
     assert mode.safety_mode.mode == SafetyMode.PROTECTIVE_STOP
@@ -177,7 +189,11 @@ def test_a_protective_stop_is_unlocked_after_five_seconds(arm):
 
 
 def test_control_that_is_handed_back_deactivates_what_moves_the_arm(arm):
-    """hand_back_control stops the program; without headless_mode it cannot be sent again."""
+    """
+    hand_back_control stops the program; without headless_mode it cannot be sent again.
+
+    HW-C6.
+    """
     before = arm.states()
     assert arm.trigger(f'{IO}/hand_back_control').success
     arm.wait_for_state('inactive')
@@ -189,7 +205,7 @@ def test_control_that_is_handed_back_deactivates_what_moves_the_arm(arm):
 
 
 def test_the_dashboard_answers_texts(arm):
-    """raw_request, load_program, payload and force sensor answer as the real arm does."""
+    """HW-C4: raw_request, load_program, payload and force sensor answer as the real arm does."""
     raw = arm.call(f'{DASHBOARD}/raw_request', RawRequest, RawRequest.Request(query='robotmode'))
     assert raw.answer == 'Robotmode: RUNNING'
     assert not arm.call(f'{DASHBOARD}/load_program', Load, Load.Request(filename='no')).success
@@ -199,7 +215,7 @@ def test_the_dashboard_answers_texts(arm):
 
 
 def test_a_script_sets_an_output_and_moves_the_arm(arm):
-    """A script runs as a whole, taking control; one that is not understood does nothing."""
+    """HW-C8: A script runs as a whole, taking control; one that is not understood does nothing."""
     states = arm.collect(f'{IO}/io_states', IOStates, 1)
     running = arm.collect(f'{IO}/robot_program_running', Bool, LATCHED)
     script = arm.node.create_publisher(String, '/urscript_interface/script_command', 1)
