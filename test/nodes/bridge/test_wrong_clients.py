@@ -194,7 +194,8 @@ def test_many_connections_leave_nothing(bridge, talk, peer):
     _, threads, files = before
     after = used(bridge)
     assert after[0] - before[0] < 5 << 20
-    assert after[1] <= threads
+    # Pools start their eight threads as they need them; each visit would leave one of its own.
+    assert after[1] <= threads + 8
     assert after[2] <= files + 2
     wait_until_left(peer)
 
