@@ -62,9 +62,8 @@ def start_program(program: str, argv: Sequence[str] | None = None) -> int:
 
     :param program: a name of ``PROGRAMS``.
     :param argv: the words after the program's name; those of this process where None.
-    :returns: 0, or 2 after a user's error, or 128 and a signal's number after a program that
-        the program did not handle (0 of bringup; SIGPIPE where the output is no longer read),
-        or the program's status.
+    :returns: the program's status; 2 after a user's error; 128 and the number of a signal that the
+        program did not handle (0 for bringup), such as SIGPIPE after ``| head``.
     """
     words = [*(sys.argv[1:] if argv is None else argv)]
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):

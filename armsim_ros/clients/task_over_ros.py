@@ -221,7 +221,7 @@ class RunningTaskArm:
 
 class TaskOverRos(gymnasium.Wrapper[Any, Any, Any, Any]):
     """
-    An environment of a task whose arm is a running one.
+    A task's environment that moves a running arm.
 
     :param env: of the task; its own physics only shows what is measured.
     :param arm: moves.

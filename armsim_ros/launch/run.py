@@ -3,8 +3,8 @@
 """
 ``armsim run PACKAGE PROGRAM``: what ``ros2 run`` starts that is not installed.
 
-That are programs of upstream in whose place this package has one, such as
-``controller_manager spawner``, and those in the sources of the workspace.
+Those are programs in the sources of the workspace, and programs of upstream that this package
+replaces, such as ``controller_manager spawner``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Run a program; it keeps this process's input and output.
 
     :param argv: the words after the program's name; those of this process where None.
-    :returns: its exit status; 1 if there is no such program.
+    :returns: the program's exit status; 1 if it is unknown.
     :raises UsageError: no program is named.
     """
     words = list(sys.argv[1:] if argv is None else argv)
@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _unknown(package: str, program: str) -> str:
-    """Return which programs a package of the workspace has, '' if there is no such package."""
+    """Return an error that lists the programs of a package in sources; '' for any other."""
     folder = current_lookup().find(package)
     if folder is None or folder.parent.name == 'share':
         return ''

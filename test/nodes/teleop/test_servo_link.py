@@ -3,7 +3,6 @@
 """What servo_node is sent, beside a servo_node that is not ours."""
 
 import os
-import pty
 import signal
 import threading
 
@@ -61,16 +60,6 @@ def servo():
     """Give a servo_node of speeds, named /servo."""
     with ClientNode(name='servo_of_others') as client:
         yield Servo(client)
-
-
-@pytest.fixture
-def keyboard(monkeypatch):
-    """Give the user's end of a terminal that is standard input."""
-    user, program = pty.openpty()
-    with os.fdopen(program) as stream:
-        monkeypatch.setattr('sys.stdin', stream)
-        yield user
-    os.close(user)
 
 
 def run(use, *, interrupt=True):

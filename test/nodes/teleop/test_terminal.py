@@ -4,7 +4,6 @@
 
 from contextlib import suppress
 import os
-import pty
 import signal
 import sys
 import termios
@@ -13,17 +12,6 @@ import pytest
 
 from armsim_ros.cli.main import main
 from armsim_ros.nodes.teleop.terminal import Ending, ending_by_signals, paced, terminal
-
-
-@pytest.fixture
-def keyboard(monkeypatch):
-    """Give the user's end of a terminal that is standard input."""
-    user, program = pty.openpty()
-    with os.fdopen(program) as stream:
-        monkeypatch.setattr('sys.stdin', stream)
-        yield user
-    with suppress(OSError):
-        os.close(user)
 
 
 def test_keys_are_read_without_enter_and_the_terminal_is_restored(keyboard):
