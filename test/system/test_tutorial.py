@@ -11,7 +11,6 @@ import subprocess
 import sys
 
 from documents import blocks, ROOT, same_output
-import pytest
 
 from armsim_ros.testing.program import private_domain, ros_environment, start_program
 
@@ -75,7 +74,6 @@ class Reader:
             self.printed = [''.join(self.run(line) for line in block.commands)]
 
 
-@pytest.mark.alone
 def test_the_tutorial_is_true(tmp_path):
     """Each output is the one of the page, numbers within the tolerance that stands beside it."""
     page = blocks(ROOT / 'docs/tutorial.md')

@@ -14,8 +14,6 @@ import pytest
 
 from armsim_ros.testing.program import private_domain, Program
 
-#: Two workers with a stack each are as much as two processors carry.
-pytestmark = pytest.mark.alone
 statement = pytest.mark.statement
 
 IN_PROCESS = """

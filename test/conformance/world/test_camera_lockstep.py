@@ -15,8 +15,6 @@ from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.testing.program import private_domain, start_program
 
-#: Pictures are drawn only when nothing else wants the processor.
-pytestmark = pytest.mark.alone
 statement = pytest.mark.statement
 PATIENCE = 120.0
 PERIOD_NS = 100_000_000

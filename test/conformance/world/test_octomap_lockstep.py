@@ -32,8 +32,6 @@ from armsim_ros.planning.scene.objects import CollisionObject as SceneObject
 from armsim_ros.planning.scene.objects import ObjectShape
 from armsim_ros.testing.program import private_domain, start_program
 
-#: Pictures are drawn only when nothing else wants the processor.
-pytestmark = pytest.mark.alone
 PATIENCE = 120.0
 #: Steps of a millisecond between two pictures.
 PERIOD = 200

@@ -16,7 +16,6 @@ EXAMPLE = Path(__file__).parents[3] / 'examples' / 'grasp.py'
 PATIENCE = 300.0
 
 
-@pytest.mark.alone
 def test_the_cube_is_found_and_put_where_it_belongs(drawing):
     """Camera, planner that sees the world, and suction cup work together."""
     pytest.importorskip('pymoveit2', reason='pymoveit2 is not installed')

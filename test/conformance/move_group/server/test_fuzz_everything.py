@@ -15,7 +15,7 @@ import pytest
 from armsim_ros.clients.client_node import ClientNode
 from benchmarks.endurance.fuzz import Fuzz
 
-DEFAULT = 30
+DEFAULT = 15
 
 
 @pytest.mark.statement('ERR-2', 'SCN-2a')
