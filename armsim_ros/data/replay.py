@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from armsim_ros.data.dataset import INFO, OWN
+from armsim_ros.data.dataset import INFO, OWN, read_json
 from armsim_ros.data.episodes import made, Source, versions
 from armsim_ros.data.features import ACTION, frames_of, STATE
-from armsim_ros.data.files import read_json
 from armsim_ros.errors import ConfigError, Problem, ResourceError
 
 #: States that differ by no more are the same.

@@ -12,9 +12,8 @@ import numpy as np
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.servo.commands import Command, Finding, NOTHING, Twist, weightiest
-from armsim_ros.servo.proximity import Proximity
 from armsim_ros.servo.smoothing import SmoothingFilter
-from armsim_ros.servo.speed_limits import JointBounds
+from armsim_ros.servo.speed_limits import JointBounds, Proximity
 from armsim_ros.servo.target_velocity import TargetVelocity
 from armsim_ros.servo.way_out import WayOut
 

@@ -20,6 +20,7 @@ from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.servo.commands import (
     Command,
+    CommandInbox,
     CommandType,
     finite_vector,
     InvalidCommandError,
@@ -27,7 +28,6 @@ from armsim_ros.servo.commands import (
     PoseTarget,
     Twist,
 )
-from armsim_ros.servo.inbox import CommandInbox
 
 
 class CommandTopics:

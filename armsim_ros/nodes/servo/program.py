@@ -36,7 +36,7 @@ from armsim_ros.servo.assembly import (
     check_parameters,
     ServoSettingsError,
 )
-from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandInbox
 
 READY = 'Servo initialized successfully'
 TRAJECTORY_CONTROLLERS = (TRAJECTORY, SCALED_TRAJECTORY)
