@@ -20,8 +20,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings
-from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import HardwareInterface
+from armsim_ros.control.mailbox import ControllerEvent, EventQueue
 from armsim_ros.errors import ControllerError, nearest
 from armsim_ros.model.robot_model import RobotModel
 

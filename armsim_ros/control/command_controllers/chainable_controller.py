@@ -12,8 +12,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.controller import Controller, ParametersT
-from armsim_ros.control.events import RepeatedWarning
-from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning, STREAM_CAPACITY
 from armsim_ros.errors import nearest
 
 

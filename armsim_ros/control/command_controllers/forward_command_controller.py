@@ -29,8 +29,7 @@ from armsim_ros.config.controllers.command_controllers import (
 )
 from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
-from armsim_ros.control.events import RepeatedWarning
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning
 from armsim_ros.errors import ControllerError
 
 

@@ -14,9 +14,8 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.base import ControllerParameters, Settings
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, NEVER_NS
-from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning
 from armsim_ros.errors import ControllerError
 
 #: The arm stops so long after the last twist [ns].

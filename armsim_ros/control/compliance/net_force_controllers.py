@@ -27,8 +27,8 @@ from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.compliance.ik_solvers import InternalModel, STEP_S
 from armsim_ros.control.compliance.impedance_law import JointBounds, pose_error
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties, POSITION
+from armsim_ros.control.mailbox import RepeatedWarning
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw

@@ -26,20 +26,28 @@ from armsim_ros.control.controller import (
     ControllerContext,
     LifecycleState,
 )
-from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox
 from armsim_ros.control.manager.arm_stop import ArmStop
-from armsim_ros.control.manager.chains import in_order, withdraw
 from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.controller_factory import (
     CONTROLLER_TYPES,
     create_controller,
     LoadableController,
 )
-from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
+from armsim_ros.control.manager.manager_info import (
+    controller_info,
+    ControllerInfo,
+    in_order,
+    InterfaceInfo,
+    withdraw,
+)
 from armsim_ros.control.manager.resources import HardwareComponentInfo, Resources
-from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
+from armsim_ros.control.manager.switch_execution import (
+    SwitchExecution,
+    SwitchRequest,
+    UpdatesAhead,
+)
 from armsim_ros.control.manager.switching import (
     fallbacks_of,
     find_controller,
@@ -48,7 +56,6 @@ from armsim_ros.control.manager.switching import (
     Strictness,
     SwitchResult,
 )
-from armsim_ros.control.manager.updates_ahead import UpdatesAhead
 from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel

@@ -18,7 +18,7 @@ from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.manager.chains import start_obstacle, stop_obstacle
+from armsim_ros.control.manager.manager_info import start_obstacle, stop_obstacle
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
 

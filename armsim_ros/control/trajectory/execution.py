@@ -24,15 +24,18 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.controller import NEVER_NS
-from armsim_ros.control.events import EventQueue
-from armsim_ros.control.mailbox import GoalStatus
+from armsim_ros.control.mailbox import EventQueue, GoalStatus
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
     StartRequest,
+    SUCCESS,
+    timed_out,
+    ToleranceMonitor,
     TrajectoryErrorCode,
     TrajectoryGoal,
     TrajectoryResult,
+    Verdict,
 )
 from armsim_ros.control.trajectory.sampling import (
     deceleration,
@@ -40,12 +43,6 @@ from armsim_ros.control.trajectory.sampling import (
     standstill,
     stop_ramp,
     TIME_RESOLUTION,
-)
-from armsim_ros.control.trajectory.tolerance_monitor import (
-    SUCCESS,
-    timed_out,
-    ToleranceMonitor,
-    Verdict,
 )
 from armsim_ros.control.trajectory.tolerances import SegmentTolerances, ToleranceCheck
 

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from armsim_ros.config.simulation import RecorderSettings
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain

@@ -13,8 +13,8 @@ from rclpy.node import Node
 
 from armsim_ros.config.simulation import JointFault, JointFaults
 from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.events import CAPACITY, ControllerEvent
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.mailbox import CAPACITY, ControllerEvent
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.parameters import SettingsParameters

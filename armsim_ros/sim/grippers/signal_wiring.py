@@ -9,9 +9,9 @@ from functools import partial
 import re
 from types import MappingProxyType
 
-from armsim_ros.control.gripper.base import GripperBase
+from armsim_ros.control.gripper.gripper_controller import GripperBase
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.signals import Signals
+from armsim_ros.control.safety.arm_state import Signals
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 

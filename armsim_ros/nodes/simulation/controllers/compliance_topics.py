@@ -22,8 +22,10 @@ from armsim_ros.config.controllers.compliance import (
     TipBroadcasterParameters,
 )
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
-from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
-from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.control.compliance.cartesian_controller import (
+    CartesianAdmittanceController,
+    ComplianceController,
+)
 from armsim_ros.control.compliance.net_force_controllers import NetForceController
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos

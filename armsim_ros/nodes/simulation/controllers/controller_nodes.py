@@ -19,8 +19,8 @@ from armsim_ros.control.broadcasters.joint_state_broadcaster import (
 from armsim_ros.control.broadcasters.sensor_broadcaster import (
     ForceTorqueSensorBroadcaster,
     SensorBroadcaster,
+    TipBroadcaster,
 )
-from armsim_ros.control.broadcasters.tip_broadcaster import TipBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
