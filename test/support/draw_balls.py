@@ -12,9 +12,8 @@ import mujoco
 import numpy as np
 
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.sim.camera.camera import Camera, TO_OPTICAL
+from armsim_ros.sim.camera.camera import Camera, take_snapshot, TO_OPTICAL
 from armsim_ros.sim.camera.scene_renderer import SceneRenderer
-from armsim_ros.sim.camera.snapshot import take_snapshot
 from armsim_ros.sim.physics.compiler import model_to_bytes
 
 RADIUS = 0.012

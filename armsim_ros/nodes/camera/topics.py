@@ -25,8 +25,7 @@ from armsim_ros.nodes.camera.compression import (
 )
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import Picture, points
+from armsim_ros.sim.camera.camera import Camera, Picture, points
 
 _BIG_ENDIAN = sys.byteorder == 'big'
 _POINT_FIELDS = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)

@@ -33,8 +33,7 @@ from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.signal_wiring import finger_switches, wire_signals
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.grippers.vacuum_control import finger_switches, VacuumControl, wire_signals
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 

@@ -14,10 +14,8 @@ from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.sim.drives.drive_gains import count_moving, DriveGains, TUNING_STEPS
-from armsim_ros.sim.drives.drive_modes import Followed
-from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics, stride_of
-from armsim_ros.sim.drives.period import PeriodBasis, product
+from armsim_ros.sim.drives.drive_modes import count_moving, DriveGains, Followed, TUNING_STEPS
+from armsim_ros.sim.drives.inverse_dynamics import InverseDynamics, PeriodBasis, product, stride_of
 from armsim_ros.sim.drives.reference import CommandInterpolator, DrivenLimits, fingers_driven
 from armsim_ros.sim.physics.saved_state import Restorable
 

@@ -17,8 +17,12 @@ from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.errors import SimulationError
 from armsim_ros.sim.physics.compiler import compile_model, StateTransfer
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
-from armsim_ros.sim.physics.saved_state import PlantState
-from armsim_ros.sim.physics.stability import Checkpoints, keep_physics_quiet, unstable_element
+from armsim_ros.sim.physics.saved_state import (
+    Checkpoints,
+    keep_physics_quiet,
+    PlantState,
+    unstable_element,
+)
 
 #: Steps that are done once more at most, but for a control period, to find an unstable step.
 KEPT_STEPS = 10

@@ -4,8 +4,7 @@
 
 import numpy as np
 
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import measured, Picture, points
+from armsim_ros.sim.camera.camera import Camera, measured, Picture, points
 
 CAMERA = Camera('camera', 'body', tuple(np.eye(4).ravel()), '', 4, 2, 2.0, (0.1, 10.0), 1)
 

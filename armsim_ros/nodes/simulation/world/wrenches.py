@@ -21,8 +21,8 @@ from armsim_ros.arrays import Vector
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.sim.external_loads import ExternalWrenches, Wrench
 from armsim_ros.sim.world.entities import Entities
-from armsim_ros.sim.world.external_wrenches import ExternalWrenches, Wrench
 
 _PLACE = '/external_wrench'
 #: How long a message of the topic acts [ns].
