@@ -45,7 +45,7 @@ def octomap() -> None:
 
     from armsim_ros import ArmSim
     from armsim_ros.model.world_objects import WorldObject
-    from armsim_ros.nodes.web.scene.octomap_drawing import height_colors
+    from armsim_ros.nodes.web.parts.octomap import height_colors
 
     sim = ArmSim('sunday', overrides={'planning_parameters.scene_from_world': 'false'})
     sim.simulation.world.add(WorldObject.of_shape('post', POST, pose_matrix(PLACE)))

@@ -17,6 +17,9 @@ from armsim_ros.stack import ArmSim
 from armsim_ros.tasks.hand import Hand
 from armsim_ros.tasks.workspace import CUBE
 
+if TYPE_CHECKING:
+    from armsim_ros.tasks.base import TaskEnv
+
 #: The share of the remaining way that is covered in a second [1/s].
 _GAIN, _TURN_GAIN = 6.0, 3.0
 #: Fastest linear [m/s] and angular [rad/s] velocity.
@@ -105,9 +108,6 @@ def yaw_of(quaternion: Vector) -> float:
     mujoco.mju_quat2Mat(matrix, quaternion)
     return math.atan2(matrix[3], matrix[0])
 
-
-if TYPE_CHECKING:
-    from armsim_ros.tasks.base import TaskEnv
 
 #: What differs of a cube by default, besides where it is.
 CUBE_RANGES: dict[str, Any] = {

@@ -24,7 +24,7 @@ from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError,
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.state_publishers.joint_transforms import transform
+from armsim_ros.nodes.state_publishers.robot_state_publisher import transform
 from armsim_ros.sim.camera.camera import Camera, Snapshot
 
 #: Wall time between checks of services and subscribers while no picture comes [s].

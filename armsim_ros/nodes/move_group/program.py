@@ -28,12 +28,12 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.parameters import (
+    ControllerManagerNode,
     declare_fixed,
     MoveGroupParameters,
     planning_parameters,
@@ -42,16 +42,16 @@ from armsim_ros.nodes.move_group.perception.octomap_monitor import (
     octomap_settings,
     OctomapMonitor,
 )
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
-from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
-from armsim_ros.nodes.move_group.scene.octomap_services import MapFiles
+from armsim_ros.nodes.move_group.scene.scene_services import MapFiles
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
     AttachHint,
     CollisionObjectTopic,
+    MonitoredPlanningScene,
     PlanningSceneTopics,
     RejectedSceneChanges,
 )

@@ -14,15 +14,14 @@ from moveit_msgs.srv import GetPositionFK, GetPositionIK, GetStateValidity
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.transforms import inverse_pose
-from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.motion_plan_request import (
+    constraints_from_message,
     robot_state_to_message,
     start_state_from_message,
 )
 from armsim_ros.nodes.conversions.time import seconds_from_duration
-from armsim_ros.nodes.move_group.answers import fill_error, reported
-from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.context import Context, fill_error, reported
 from armsim_ros.nodes.move_group.planning.planning_job import log_refused
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.queries import IKRequest, LinkPose

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 from armsim_ros.config.simulation import RecorderSettings
 from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
 
 #: Offered by a move_group with sensors for its octomap.

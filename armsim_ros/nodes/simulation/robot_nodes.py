@@ -19,9 +19,11 @@ from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.qos import publish_descriptions
-from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
-from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
+from armsim_ros.nodes.simulation.controller_manager.registry import (
+    ControllerDescriptions,
+    ControllerRegistry,
+)
 from armsim_ros.nodes.simulation.controller_manager.services import (
     ControllerManagerQueries,
     ControllerManagerServices,

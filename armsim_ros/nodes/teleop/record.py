@@ -33,11 +33,9 @@ from armsim_ros.nodes.teleop.commands import (
     RECORD_HELP,
     stick_command,
 )
-from armsim_ros.nodes.teleop.following import Following
-from armsim_ros.nodes.teleop.gamepad import find_gamepad
-from armsim_ros.nodes.teleop.leader import Leader
+from armsim_ros.nodes.teleop.devices import Ending, find_gamepad, Terminal, terminal
+from armsim_ros.nodes.teleop.leader import Following, Leader
 from armsim_ros.nodes.teleop.servo_link import ANGULAR, JOINT, LINEAR
-from armsim_ros.nodes.teleop.terminal import Ending, Terminal, terminal
 from armsim_ros.tasks.base import TaskEnv
 from armsim_ros.tasks.hand import HandModel
 

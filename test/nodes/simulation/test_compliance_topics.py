@@ -16,7 +16,7 @@ from armsim_ros.config.controllers.compliance import (
     CrispTwistBroadcasterParameters,
 )
 from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
-from armsim_ros.nodes.simulation.controllers.compliance_topics import (
+from armsim_ros.nodes.simulation.controllers.sensor_topics import (
     ComplianceTopics,
     NetForceTopics,
     TipTopic,

@@ -14,7 +14,7 @@ from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, ResourceError
 from armsim_ros.nodes.teleop import gamepad as gamepads
-from armsim_ros.nodes.teleop.gamepad import find_gamepad, Joystick
+from armsim_ros.nodes.teleop.devices import find_gamepad, Joystick
 
 
 @pytest.fixture

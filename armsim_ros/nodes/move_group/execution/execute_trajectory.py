@@ -21,8 +21,12 @@ from armsim_ros.nodes.conversions.trajectory import (
     multi_dof_from_message,
     trajectory_from_message,
 )
-from armsim_ros.nodes.move_group.answers import fill_error, MoveGroupActionServer, reported
-from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.context import (
+    Context,
+    fill_error,
+    MoveGroupActionServer,
+    reported,
+)
 from armsim_ros.nodes.move_group.execution.controller_managers import selected_controllers
 from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager

@@ -29,8 +29,9 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 )
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planner_services import (
+    DisplayContacts,
+    DisplayPlannedPath,
     request_adapters,
     response_adapters,
 )

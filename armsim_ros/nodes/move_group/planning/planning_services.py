@@ -8,18 +8,17 @@ from moveit_msgs.msg import MotionSequenceRequest
 from moveit_msgs.srv import GetCartesianPath, GetMotionPlan, GetMotionSequence
 
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.motion_plan_request import (
+    constraints_from_message,
     robot_state_to_message,
     robot_trajectory_message,
     start_state_from_message,
 )
-from armsim_ros.nodes.move_group.answers import fill_error, reported
-from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
+from armsim_ros.nodes.move_group.context import Context, fill_error, reported
+from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
 from armsim_ros.planning.request import CartesianRequest
 
 

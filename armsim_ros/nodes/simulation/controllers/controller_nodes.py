@@ -39,29 +39,29 @@ from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.controllers.actions import (
     FollowJointTrajectoryServer,
+    GoalServer,
     GripperCommandServer,
     ParallelGripperCommandServer,
     QueryStateService,
+    RejectedGoals,
 )
-from armsim_ros.nodes.simulation.controllers.command_topics import (
-    Commands,
-    JointTrajectorySubscription,
-    SpeedScalingInput,
-)
-from armsim_ros.nodes.simulation.controllers.compliance_topics import (
+from armsim_ros.nodes.simulation.controllers.sensor_topics import (
     ComplianceTopics,
     NetForceTopics,
+    tare_service,
     TipTopic,
+    TOPICS,
 )
-from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
-from armsim_ros.nodes.simulation.controllers.sensor_topics import tare_service, TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
     AdmittanceTopics,
+    Commands,
     ControllerStatePublisher,
     DynamicJointStates,
     GpioTopics,
     JointStates,
+    JointTrajectorySubscription,
     PidTopics,
+    SpeedScalingInput,
 )
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.sim_time import ToldNode

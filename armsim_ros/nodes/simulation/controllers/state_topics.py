@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""State topics of controllers: joint states, references, ``~/controller_state``."""
+"""Topics of controllers: commands, joint states, references, ``~/controller_state``."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from control_msgs.msg import (
     MultiDOFCommand,
     MultiDOFStateStamped,
     SingleDOFState,
+    SpeedScalingFactor,
 )
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
-from trajectory_msgs.msg import JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateLayout,
@@ -32,18 +34,80 @@ from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
     AdmittanceSnapshot,
 )
+from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.joint_state import (
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
     fill_controller_state,
     serialized_joint_state,
+    trajectory_from_message,
 )
-from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.qos import CalmSubscribers, WantedPublisher
+
+
+class Commands:
+    """
+    Passes commands to a forward controller; the events report why a command is dropped.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: ForwardController) -> None:
+        self._controller = controller
+        if controller.single:
+            self._subscriptions = [
+                node.create_subscription(Float64, '~/command', self._receive_one, qos.COMMAND)
+            ]
+        else:
+            self._subscriptions = [
+                node.create_subscription(Float64MultiArray, name, self._receive, qos.COMMAND)
+                for name in ('~/commands', '~/command')
+            ]
+
+    def _receive(self, message: Float64MultiArray) -> None:
+        self._controller.receive(message.data)
+
+    def _receive_one(self, message: Float64) -> None:
+        self._controller.receive((message.data,))
+
+
+class JointTrajectorySubscription:
+    """
+    Takes trajectories without a goal; the controller's events report why a trajectory is refused.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
+        self._controller = controller
+        self._subscription = node.create_subscription(
+            JointTrajectory, '~/joint_trajectory', self._receive, qos.COMMAND
+        )
+
+    def _receive(self, message: JointTrajectory) -> None:
+        self._controller.set_trajectory(trajectory_from_message(message))
+
+
+class SpeedScalingInput:
+    """
+    Takes the pace of trajectories; volatile and best effort, so that every publisher matches.
+
+    :param node: the controller's node.
+    """
+
+    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
+        self._controller = controller
+        self._subscription = node.create_subscription(
+            SpeedScalingFactor, '~/speed_scaling_input', self._receive, qos.COMMAND
+        )
+
+    def _receive(self, message: SpeedScalingFactor) -> None:
+        self._controller.set_speed_scaling(message.factor)
 
 
 class ControllerStatePublisher:

@@ -21,7 +21,7 @@ from armsim_ros.model.grippers import Gripper
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.grippers.finger_contacts import FingerContact, FingerContacts
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl

@@ -21,6 +21,7 @@ from armsim_ros.model.grippers import grippers_of
 from armsim_ros.model.world_objects import world_in_root
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.entity_services import EntityServices
 from armsim_ros.nodes.simulation.world.grippers import GripperContacts, VacuumGripperServer
 from armsim_ros.nodes.simulation.world.scene_mirror import SceneMirror
@@ -28,11 +29,9 @@ from armsim_ros.nodes.simulation.world.simulation_state import (
     Resetting,
     RunState,
     SimulationStateServices,
+    Stepping,
 )
-from armsim_ros.nodes.simulation.world.spawning import Spawning
-from armsim_ros.nodes.simulation.world.stepping import Stepping
-from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.nodes.simulation.world.worlds import Worlds
+from armsim_ros.nodes.simulation.world.spawning import Spawning, Worlds
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity

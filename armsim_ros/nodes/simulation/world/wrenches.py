@@ -20,7 +20,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.external_loads import ExternalWrenches, Wrench
 from armsim_ros.sim.world.entities import Entities
 

@@ -16,7 +16,7 @@ from armsim_ros.control.gripper.hand_drive import HandDrive, HandGoal
 from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.rate import Rate
 from armsim_ros.nodes.conversions.time import fill_time
-from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer
+from armsim_ros.nodes.simulation.controllers.actions import GoalServer
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
 
 #: A width that is nearer than this needs no motion [m].

@@ -32,8 +32,7 @@ from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
-from armsim_ros.nodes.vendors.franka.inertias import end_effector, Mass, vector
-from armsim_ros.nodes.vendors.franka.services import ArmParameters
+from armsim_ros.nodes.vendors.franka.services import ArmParameters, end_effector, Mass, vector
 from armsim_ros.sim.external_loads import ExternalLoads
 
 #: A joint that is faster is in motion [rad/s].

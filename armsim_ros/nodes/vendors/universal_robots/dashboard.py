@@ -1,14 +1,25 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``dashboard_client``: what the vendor's dashboard server does, and what it answers."""
+"""Modes of the arm: the vendor's ``dashboard_client`` and ``ur_robot_state_helper/set_mode``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 from typing import Any
+from xml.etree import ElementTree
 
-from ur_dashboard_msgs.msg import ProgramState, SafetyStatus, VersionInformation
+from rclpy.action import ActionServer
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from ur_dashboard_msgs.action import SetMode
+from ur_dashboard_msgs.msg import (
+    ProgramState,
+    RobotMode,
+    SafetyMode,
+    SafetyStatus,
+    VersionInformation,
+)
 from ur_dashboard_msgs.srv import (
     AddToLog,
     GetLoadedProgram,
@@ -27,9 +38,40 @@ from ur_dashboard_msgs.srv import (
     RawRequest,
 )
 
-from armsim_ros.control.safety.arm_state import Mode, Program, Safety
+from armsim_ros.control.safety.arm_state import ArmState, Mode, Program, Safety
+from armsim_ros.errors import SimulationError
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
-from armsim_ros.nodes.vendors.universal_robots.modes import robot_mode, SAFETIES, safety_mode
+
+MODES: dict[Mode, int] = {
+    Mode.POWER_OFF: RobotMode.POWER_OFF, Mode.POWER_ON: RobotMode.POWER_ON,
+    Mode.IDLE: RobotMode.IDLE, Mode.RUNNING: RobotMode.RUNNING}
+SAFETIES: dict[Safety, tuple[int, str]] = {
+    Safety.NORMAL: (SafetyMode.NORMAL, 'NORMAL'),
+    Safety.REDUCED: (SafetyMode.REDUCED, 'REDUCED'),
+    Safety.PROTECTIVE_STOP: (SafetyMode.PROTECTIVE_STOP, 'PROTECTIVE_STOP'),
+    Safety.SAFEGUARD_STOP: (SafetyMode.SAFEGUARD_STOP, 'SAFEGUARD_STOP'),
+    Safety.EMERGENCY_STOP: (SafetyMode.ROBOT_EMERGENCY_STOP, 'ROBOT_EMERGENCY_STOP'),
+    Safety.FAULT: (SafetyMode.FAULT, 'FAULT'),
+}
+
+
+def robot_mode(arm: ArmState) -> RobotMode:
+    """Return the mode of the drives."""
+    return RobotMode(mode=MODES[arm.mode])
+
+
+def safety_mode(arm: ArmState) -> SafetyMode:
+    """Return the mode of the safety system."""
+    return SafetyMode(mode=SAFETIES[arm.safety][0])
+
+
+def headless(urdf: str) -> bool:
+    """Return whether ``<ros2_control>`` has the driver start its program by itself."""
+    root = ElementTree.fromstring(urdf)
+    return any((param.text or '').strip().lower() == 'true'
+               for param in root.iterfind('ros2_control//param[@name="headless_mode"]'))
+
 
 VERSION = (5, 21, 0, 0)
 SERIAL_NUMBER = 20215500001
@@ -229,3 +271,74 @@ def _version() -> str:
 def _fill_version(response: Any) -> None:
     major, minor, bugfix, build = VERSION
     response.version = VersionInformation(major=major, minor=minor, bugfix=bugfix, build=build)
+
+
+TARGETS = {RobotMode.POWER_OFF: Mode.POWER_OFF, RobotMode.IDLE: Mode.IDLE,
+           RobotMode.RUNNING: Mode.RUNNING}
+
+
+class StateHelper:
+    """The node ``ur_robot_state_helper``."""
+
+    def __init__(self, nodes: ArmNodes) -> None:
+        self._nodes = nodes
+        self._arm = nodes.arm
+        self.pending = 0
+        node = nodes.new_node('ur_robot_state_helper')
+        self._server = ActionServer(
+            node, SetMode, '~/set_mode', self._execute,
+            callback_group=ReentrantCallbackGroup(), **qos.ACTION_SERVICES)
+
+    async def _execute(self, handle: ServerGoalHandle) -> Any:
+        self.pending += 1
+        try:
+            refusal = await self._reach(handle)
+        except SimulationError as error:
+            refusal = str(error)
+        finally:
+            self.pending -= 1
+        if refusal:
+            handle.abort()
+        else:
+            handle.succeed()
+        return SetMode.Result(
+            success=not refusal, message=refusal or 'Reached target robot mode.')
+
+    async def _reach(self, handle: ServerGoalHandle) -> str:
+        """Bring the arm into the mode of a goal; return why it is not there."""
+        goal, arm = handle.request, self._arm
+        target = TARGETS.get(goal.target_robot_mode)
+        if target is None:
+            return (f'the mode {goal.target_robot_mode} cannot be chosen; allowed: '
+                    f'{", ".join(map(str, TARGETS))}')
+        refusal = str(await self._nodes.change(lambda: self._begin(target, goal.stop_program)))
+        shown = (-1, -1)
+        while not refusal and arm.mode is not target and not self._nodes.ending:
+            now = robot_mode(arm).mode, safety_mode(arm).mode
+            if now != shown:
+                shown = now
+                handle.publish_feedback(SetMode.Feedback(
+                    current_robot_mode=now[0], current_safety_mode=now[1]))
+            await self._change_of_state()
+            if arm.safety not in (Safety.NORMAL, Safety.REDUCED):
+                refusal = f'the arm did not reach mode {MODES[target]}: {arm.obstacle}'
+        if not refusal and target is Mode.RUNNING and goal.play_program:
+            refusal = str(await self._nodes.change(arm.play))
+        return refusal or self._nodes.ending
+
+    async def _change_of_state(self) -> None:
+        before = self._arm.generation
+        await self._nodes.until(lambda: self._arm.generation != before)
+
+    def _begin(self, target: Mode, stop_program: bool) -> str:
+        """Clear what stops the arm and start towards the mode; return why that fails."""
+        arm = self._arm
+        if stop_program and arm.program is not Program.STOPPED:
+            arm.stop_program()
+        refusal = arm.clear_stop()
+        if refusal or arm.mode is target:
+            return refusal
+        if target is Mode.IDLE and arm.mode is Mode.RUNNING:
+            arm.power_to(Mode.POWER_OFF)  # brakes cannot be applied directly
+        arm.power_to(target)
+        return ''

@@ -21,7 +21,7 @@ from armsim_ros.control.safety.arm_state import ArmState, Program
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
-from armsim_ros.nodes.vendors.universal_robots.modes import headless, robot_mode, safety_mode
+from armsim_ros.nodes.vendors.universal_robots.dashboard import headless, robot_mode, safety_mode
 
 DIGITAL_PINS, ANALOG_PINS = 18, 2
 TOOL_VOLTAGES = (0, 12, 24)

@@ -23,17 +23,16 @@ from armsim_ros.clients.description import (
 )
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Page, Part
-from armsim_ros.nodes.web.parts.goal_commands import (
+from armsim_ros.nodes.web.page import Page, Part, Session
+from armsim_ros.nodes.web.parts.reach import (
     ChooseGroup,
     ChooseStart,
     ChooseState,
+    Reach,
     SetJoints,
 )
-from armsim_ros.nodes.web.parts.reach import Reach
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing, ToolHandle
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.robot_drawing import RobotDrawing, ToolHandle
 from armsim_ros.nodes.web.view.shapes import Color
 
 CURRENT, RANDOM, DRAG = 'current', 'random valid', 'drag the tool'

@@ -29,7 +29,7 @@ from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.web.page import Page, Part
+from armsim_ros.nodes.web.page import Page, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.object_commands import (
     Add,
@@ -38,13 +38,13 @@ from armsim_ros.nodes.web.parts.object_commands import (
     Change,
     Load,
     Named,
+    object_from_dict,
+    object_to_dict,
     Save,
     Select,
 )
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
-from armsim_ros.nodes.web.scene.objects_drawing import drawn_objects, ObjectsDrawing
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.objects_drawing import drawn_objects, ObjectsDrawing
 from armsim_ros.nodes.web.view.shapes import parts_of_file
 
 #: Sizes of new objects: the dimensions of a SolidPrimitive [m].

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""move_group and servo_node by the command lines of MoveIt's: the robot is in their parameters."""
+"""ros2_control_node, move_group and servo_node by the command lines of upstream's."""
 
 from __future__ import annotations
 
@@ -13,12 +13,18 @@ from typing import Any
 import yaml
 
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.config.controllers.controller_manager import (
+    ControllerEntry,
+    ControllerManagerParameters,
+)
+from armsim_ros.config.sections import UNUSED_MANAGER_KEYS
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes import robot_program
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.upstream.robot_package import (
     described_package,
     PREFIX,
+    RobotPackage,
     SEMANTIC,
     URDF,
 )
@@ -121,3 +127,87 @@ def servo_parameters(values: Mapping[str, Any]) -> dict[str, Any]:
     own = {name: value for name, value in values.items()
            if name.startswith(_BLOCK) or name in _BESIDE}
     return {**_DEFAULTS, **own}
+
+
+_DESCRIPTION = 'robot_description'
+#: Parameters that do not concern the controller manager.
+_NOT_THE_MANAGERS = (_DESCRIPTION, 'use_sim_time', 'robot_description_semantic')
+_OF_THE_MANAGER = {*ControllerManagerParameters.model_fields, *UNUSED_MANAGER_KEYS}
+#: Prefix of the parameters for the pose and start state of the robot; ours alone.
+PLACEMENT = 'armsim.'
+
+
+def ros2_control_node(argv: Sequence[str] | None = None) -> int:
+    """
+    Run the simulation of the robot that a parameter or topic describes.
+
+    :param argv: the words that the upstream program would get.
+    :returns: the exit status of the simulation.
+    """
+    from armsim_ros.nodes.robot_program import simulation
+
+    with TemporaryDirectory(prefix=PREFIX) as folder:
+        try:
+            _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+            arguments = read_node_arguments(ros_args, 'controller_manager')
+            urdf = arguments.values.get(_DESCRIPTION) or _from_topic(arguments)
+            words = simulation_words(str(urdf), arguments, Path(folder))
+        except ArmsimError as error:
+            print(error, file=sys.stderr, flush=True)
+            return USAGE_STATUS
+        return simulation(words)
+
+
+def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[str]:
+    """
+    Return the words that start the simulation of a robot, whose files are written into a folder.
+
+    :raises ConfigError: where the text is not a URDF.
+    """
+    package = RobotPackage(folder, urdf)
+    values = arguments.values
+    own = {name.removeprefix(PLACEMENT): value for name, value in values.items()
+           if name.startswith(PLACEMENT)}
+    texts = [file.read_text(encoding='utf-8') for file in arguments.files]
+    package.add_simulation(
+        spawn=_broadcasters(values) if own.get('joint_states') else (),
+        placement={key: own[key] for key in ('xyz', 'rpy') if key in own},
+        hardware={key: own[key] for key in ('program', 'gripper') if own.get(key)})
+    controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
+                   if not _is_of_the_launch(text)]
+    manager = {name: value for name, value in values.items()
+               if name not in _NOT_THE_MANAGERS and not name.startswith(PLACEMENT)
+               and (name.partition('.')[0] in _OF_THE_MANAGER
+                    or name.rpartition('.')[2] in ControllerEntry.model_fields)}
+    if manager:
+        controllers.append(package.add_manager(manager, len(texts)))
+    words = [f'robot:={package.folder}', f'urdf:={package.urdf}']
+    if controllers:
+        words.append(f"controllers:={','.join(map(str, controllers))}")
+    if own.get('packages_path'):
+        words.append(f"packages_path:={own['packages_path']}")
+    if own.get('world'):
+        words.append(f"world:={own['world']}")
+    elif not own.get('floor'):
+        words.append(f'world:={package.add_empty_world()}')
+    if arguments.namespace != '/':
+        words.append(f'namespace:={arguments.namespace}')
+    return [*words, *arguments.ros_args()]
+
+
+def _broadcasters(values: Mapping[str, object]) -> list[str]:
+    """Return the joint state broadcasters among the manager's parameters."""
+    return [name.removesuffix('.type') for name, value in values.items()
+            if name.endswith('.type') and str(value).endswith('/JointStateBroadcaster')]
+
+
+def _is_of_the_launch(text: str) -> bool:
+    """Return whether a parameter file holds the description or ours, and no controllers."""
+    return (f'{_DESCRIPTION}:' in text and '<robot' in text) or f'{PLACEMENT}packages_path' in text
+
+
+def _from_topic(arguments: NodeArguments) -> str:
+    from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
+
+    topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
+    return next(iter(wait_for_descriptions(arguments, topics).values()))
