@@ -148,9 +148,7 @@ class CommandWriter:
         """Whether the commands depend on the errors, so that every update matters."""
         return self._closed_loop
 
-    def set_gains(
-        self, old: Mapping[str, PidGains], new: Mapping[str, PidGains]
-    ) -> None:
+    def set_gains(self, old: Mapping[str, PidGains], new: Mapping[str, PidGains]) -> None:
         """Take new gains over without a step of the integral part, here or in the drives."""
         for i, (name, pid) in enumerate(zip(self._commanded, self._pids, strict=True)):
             gains = new[name]

@@ -255,8 +255,7 @@ class JointProperties:
             if i not in turning:
                 lower[i], upper[i] = joint.limits.lower, joint.limits.upper
         return cls(
-            tuple(names), np.array(turning, dtype=np.intp), lower, upper, velocity, tuple(units)
-        )
+            tuple(names), np.array(turning, dtype=np.intp), lower, upper, velocity, tuple(units))
 
 
 class SharedHardware:

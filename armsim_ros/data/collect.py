@@ -191,8 +191,7 @@ def _kept(plan: Plan, data: DataSet, runner: EpisodeRunner) -> Iterator[EpisodeD
         return
     first = data.facts[-1]['seed'] + 1 if data.episodes else plan.seed
     failures = 0
-    seeds = iter(range(first, first + missing) if not plan.only_successes
-                 else range(first, 2**31))
+    seeds = iter(range(first, first + missing) if not plan.only_successes else range(first, 2**31))
     if plan.workers == RAY:
         found = on_ray(plan.source, seeds)
     elif plan.workers == 1:

@@ -75,8 +75,7 @@ class Variation:
                 known[f'objects.{name}.size'] = POSITIVE
         for name in self._joints:
             known[f'joints.{name}'] = scalar
-            known |= {f'joints.{name}.{what}': STD
-                      for what in ('damping', 'friction', 'armature')}
+            known |= {f'joints.{name}.{what}': STD for what in ('damping', 'friction', 'armature')}
         known |= {'gains': POSITIVE, 'gravity': vector,
                   'latency': Quantity(1, 0.0, LONGEST_LATENCY, whole=True)}
         known |= {f'noise.{what}': STD

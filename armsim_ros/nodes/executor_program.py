@@ -32,7 +32,6 @@ class ExecutorProgram(ABC):
     """
     The robot's model, the node, and the executor that serves it in the calling thread.
 
-    :param arguments: the command line.
     :param stop_wanted: whether a signal came; read between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot.
     """
@@ -105,5 +104,4 @@ def failures_logged(node: Node) -> Iterator[None]:
         node.get_logger().warning(f'an answer was not delivered: {error}')
     except Exception:  # noqa: BLE001 - no request may end the program
         node.get_logger().error(
-            'a request failed inside the program; please report this:\n' + traceback.format_exc()
-        )
+            'a request failed inside the program; please report this:\n' + traceback.format_exc())

@@ -20,12 +20,7 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    QoSDurabilityPolicy,
-    QoSHistoryPolicy,
-    QoSProfile,
-    QoSReliabilityPolicy,
-)
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.task import Future
 from std_msgs.msg import String
 
@@ -40,8 +35,7 @@ def _profile(
     **more: Duration,
 ) -> QoSProfile:
     return QoSProfile(
-        reliability=reliability, durability=durability, depth=depth, history=history, **more
-    )
+        reliability=reliability, durability=durability, depth=depth, history=history, **more)
 
 
 STATE = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
@@ -80,11 +74,7 @@ upstream's "system default".
 """
 
 SERVICES = _profile(
-    QoSReliabilityPolicy.RELIABLE,
-    QoSDurabilityPolicy.VOLATILE,
-    0,
-    QoSHistoryPolicy.KEEP_ALL,
-)
+    QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 0, QoSHistoryPolicy.KEEP_ALL)
 """Services: a burst of requests loses none."""
 
 ACTION_SERVICES = dict.fromkeys(
@@ -134,7 +124,6 @@ class WantedPublisher:
     without subscribers is not composed; where late subscribers get the last message, as with the
     state of a controller, it is renewed now and then.
 
-    :param node: the node that publishes.
     :param kind: the message type.
     """
 
@@ -144,11 +133,7 @@ class WantedPublisher:
         self._published_ns: int | None = None
 
     def wanted(self, time_ns: int) -> bool:
-        """
-        Return whether a message is needed now.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Return whether a message is needed now."""
         if self.count:
             return True
         if not self._latched:
@@ -179,7 +164,6 @@ class CalmSubscribers:
 
     A program that reads states now and then is content with fewer messages while nothing moves.
 
-    :param node: the node that publishes.
     :param publisher: its publisher of the topic.
     """
 
@@ -191,11 +175,7 @@ class CalmSubscribers:
         self._calm = False
 
     def __call__(self, time_ns: int) -> bool:
-        """
-        Return whether there are no others.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Return whether there are no others."""
         count = self._publisher.get_subscription_count()
         if count != self._count or not 0 <= time_ns - self._searched_ns < GRAPH_PERIOD_NS:
             self._count, self._searched_ns = count, time_ns

@@ -9,12 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.config.servo import (
-    BUTTERWORTH,
-    RUCKIG,
-    ServoNodeSettings,
-    ServoParameters,
-)
+from armsim_ros.config.servo import BUTTERWORTH, RUCKIG, ServoNodeSettings, ServoParameters
 from armsim_ros.errors import ArmsimError, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision.collision_model import CollisionChecker

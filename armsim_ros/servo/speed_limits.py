@@ -192,12 +192,10 @@ def singularity_factor(
         if number >= thresholds.hard:
             return 0.0, Finding(ServoStatus.HALT_FOR_SINGULARITY, detail)
         return 1.0 - (number - thresholds.lower) / span, Finding(
-            ServoStatus.DECELERATE_FOR_APPROACHING_SINGULARITY, detail
-        )
+            ServoStatus.DECELERATE_FOR_APPROACHING_SINGULARITY, detail)
     factor = 1.0 - (number - thresholds.lower) / (span * thresholds.leaving)
     return max(factor, SLOWEST_WAY_OUT), Finding(
-        ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY, detail
-    )
+        ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY, detail)
 
 
 MARGIN = 0.1
@@ -242,11 +240,7 @@ class Proximity:
     """
 
     def __init__(
-        self,
-        checker: CollisionChecker,
-        group: str,
-        self_threshold: float,
-        scene_threshold: float,
+        self, checker: CollisionChecker, group: str, self_threshold: float, scene_threshold: float
     ) -> None:
         """Keep the thresholds."""
         self._checker = checker

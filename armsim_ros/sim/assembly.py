@@ -178,8 +178,7 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     """
     if len(cell.robots) == 1 and cell.robots[0].model is cell.model:
         robot = cell.robots[0]
-        return {robot.name: build_manager(
-            robot.settings, robot.model, hardware, vendor_of(robot))}
+        return {robot.name: build_manager(robot.settings, robot.model, hardware, vendor_of(robot))}
     shared = SharedHardware(hardware)
     managers: dict[str, ControllerManager] = {}
     problems: list[Problem] = []

@@ -47,9 +47,7 @@ class _Listener:
 
     __slots__ = ('due_ns', 'function', 'period_ns')
 
-    def __init__(
-        self, period_ns: int, function: Callable[[int], object], due_ns: int = 0
-    ) -> None:
+    def __init__(self, period_ns: int, function: Callable[[int], object], due_ns: int = 0) -> None:
         self.period_ns, self.function, self.due_ns = period_ns, function, due_ns
 
     def steps_until_due(self, now_ns: int, step_ns: int) -> int:

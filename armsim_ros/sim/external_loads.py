@@ -189,8 +189,7 @@ class ExternalWrenches:
                             if each.key != key or each.wrench.frame not in frames]
         if not self._acting:
             self._loop.every(self._loop.clock.step_ns, self._act)
-        self._acting += [_Acting(each, now_ns + each.duration_ns, key, count)
-                         for each in wrenches]
+        self._acting += [_Acting(each, now_ns + each.duration_ns, key, count) for each in wrenches]
         self._write(now_ns)
 
     def clear(self) -> None:

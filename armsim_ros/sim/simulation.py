@@ -114,8 +114,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._command_interfaces = {name: offered_commands(model, name)
                                     for name in self.joint_names}
         self._state_interfaces = {name: offered_states(model, name) for name in self.joint_names}
-        self._sensors = Sensors(
-            model, self._plant, sensors_of(self.settings.sensors, model))
+        self._sensors = Sensors(model, self._plant, sensors_of(self.settings.sensors, model))
         self._mock = MockCommands.of(model)
         self.other_commands = {name: math.nan for system in model.hardware
                                for name in system.other_commands}

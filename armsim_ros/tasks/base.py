@@ -266,8 +266,7 @@ class TaskEnv(ArmEnv):
         kind, pictures = self._task_observations, None
         if kind.pictures:
             simulation = self._sim.simulation
-            pictures = self._pictures.draw_all(
-                simulation.mujoco_model, simulation.mujoco_data)
+            pictures = self._pictures.draw_all(simulation.mujoco_model, simulation.mujoco_data)
         return kind.compose(self._noisy(now), self.hand.level,
                             self.target if self.mark else None, pictures)
 

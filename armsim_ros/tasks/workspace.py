@@ -147,8 +147,7 @@ def decorate(spec: Any, place: Workspace, mark: str) -> None:
     for name, (offset, focal) in CAMERAS.items():
         position = middle + np.append(turn @ np.array(offset[:2]), offset[2])
         spec.worldbody.add_camera(
-            name=name, pos=position, quat=_looking(middle - position),
-            fovy=field_of_view(focal))
+            name=name, pos=position, quat=_looking(middle - position), fovy=field_of_view(focal))
     spec.worldbody.add_light(
         name='light', pos=[*place.centre, place.surface + 1.5], dir=[0.0, 0.0, -1.0],
         diffuse=[0.5, 0.5, 0.5], castshadow=False)

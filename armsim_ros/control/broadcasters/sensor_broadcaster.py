@@ -75,8 +75,7 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
     def read(self, time_ns: int) -> SensorSample:
         """Return what is published of now [ns]."""
         states = self.context.hardware.other_states
-        values = np.array([states[name] if name else math.nan
-                           for name in self.interfaces])
+        values = np.array([states[name] if name else math.nan for name in self.interfaces])
         return SensorSample(time_ns, self._shown(values))
 
     def _shown(self, values: Vector) -> Vector:
@@ -178,8 +177,7 @@ class TipBroadcaster(Broadcaster[TipBroadcasterParameters, SensorSample]):
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
         """States of the joints."""
-        return tuple(f'{joint}/{kind}' for joint in self.parameters.joints
-                     for kind in self.kinds)
+        return tuple(f'{joint}/{kind}' for joint in self.parameters.joints for kind in self.kinds)
 
     def configure(self) -> None:
         """Check that joints and links are those of the robot."""

@@ -120,8 +120,7 @@ class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
         velocity = self._velocity + change
         limits = self._limits
         reference = np.clip(self._reference + period * velocity, limits.lower, limits.upper)
-        self._velocity = np.where(
-            reference == self._reference + period * velocity, velocity, 0.0)
+        self._velocity = np.where(reference == self._reference + period * velocity, velocity, 0.0)
         self._reference = reference
         hardware, places = self.context.hardware, self._places
         hardware.command.position[places] = reference

@@ -303,8 +303,7 @@ def _between(target: Matrix, last: Matrix, share: float) -> Matrix:
 _AXES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
-class CartesianAdmittanceController(
-        ComplianceController[CartesianAdmittanceControllerParameters]):
+class CartesianAdmittanceController(ComplianceController[CartesianAdmittanceControllerParameters]):
     """
     ``crisp_controllers/CartesianAdmittanceController``.
 

@@ -258,8 +258,7 @@ class NetForceController(Controller[ParametersT]):
         kinds, end = self.parameters.command_interfaces, self._model.positions
         self._commanded = self._start + share * (end - self._start)
         self._output.write(np.concatenate(
-            [self._commanded if kind == POSITION else self._model.velocities
-             for kind in kinds]))
+            [self._commanded if kind == POSITION else self._model.velocities for kind in kinds]))
 
     def _drop(self, topic: str, reason: str) -> str:
         if self.active:
@@ -291,8 +290,7 @@ class CartesianForceController(NetForceController[CartesianForceControllerParame
                                  hand=parameters.hand_frame_control)
 
 
-class CartesianComplianceController(
-        NetForceController[CartesianComplianceControllerParameters]):
+class CartesianComplianceController(NetForceController[CartesianComplianceControllerParameters]):
     """``cartesian_compliance_controller/CartesianComplianceController``."""
 
     parameters_class: ClassVar[type[Settings]] = CartesianComplianceControllerParameters

@@ -199,8 +199,7 @@ class GripperBase(Controller[ParametersT]):
     def _result(self, *, reached: bool = False, stalled: bool = False) -> GripperResult:
         state, i = self.context.hardware.state, self._index
         return GripperResult(
-            float(state.position[i]), float(state.velocity[i]), self._effort(), stalled, reached
-        )
+            float(state.position[i]), float(state.velocity[i]), self._effort(), stalled, reached)
 
     def _abort_pending(self) -> None:
         for goal, cancels in self._inbox.take_all():

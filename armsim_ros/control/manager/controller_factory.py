@@ -42,12 +42,7 @@ from armsim_ros.control.compliance.net_force_controllers import (
     CartesianForceController,
     CartesianMotionController,
 )
-from armsim_ros.control.controller import (
-    ClaimsNothing,
-    Controller,
-    ControllerContext,
-    describe,
-)
+from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,

@@ -21,11 +21,7 @@ import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.hardware import HardwareSettings
-from armsim_ros.control.controller import (
-    Controller,
-    ControllerContext,
-    LifecycleState,
-)
+from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox
 from armsim_ros.control.manager.arm_stop import ArmStop
@@ -137,8 +133,7 @@ class ControllerManager:
             if settings.name in self.controllers:
                 raise ControllerError(f"a controller '{settings.name}' is loaded already")
             controller = create_controller(
-                settings.name, settings.type, settings.parameters, self.context
-            )
+                settings.name, settings.type, settings.parameters, self.context)
             controller.fallback_controllers = fallbacks_of(
                 settings.name, self.parameters, fallback_controllers)
             controller.time_ns = self.time_ns

@@ -57,9 +57,7 @@ def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
     return ordered
 
 
-def connections(
-    controller: AnyController, controllers: Iterable[AnyController]
-) -> Connections:
+def connections(controller: AnyController, controllers: Iterable[AnyController]) -> Connections:
     """Return the references that a controller writes to, by the controller that has them."""
     commanded = controller.required_command_interfaces
     return {

@@ -144,10 +144,7 @@ class SwitchExecution:
     """
 
     def __init__(
-        self,
-        resources: Resources,
-        parameters: ControllerManagerParameters,
-        events: EventQueue,
+        self, resources: Resources, parameters: ControllerManagerParameters, events: EventQueue
     ) -> None:
         self.generation = 0
         self.active: tuple[tuple[Controller[Any], int], ...] = ()

@@ -41,9 +41,7 @@ def fallbacks_of(
 
 
 def fallback_obstacle(
-    controller: Controller[Any],
-    controllers: Mapping[str, Controller[Any]],
-    resources: Resources,
+    controller: Controller[Any], controllers: Mapping[str, Controller[Any]], resources: Resources
 ) -> str:
     """Return why a controller's fallback controllers could not take over, '' where they could."""
     names = controller.fallback_controllers

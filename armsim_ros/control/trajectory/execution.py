@@ -302,9 +302,7 @@ class TrajectoryExecution:
         if start is not None and start.measured.any():
             rows = np.tile(start.measured, len(state) // self.joints)
             state[rows] = record.measured_state()[rows]
-        motion = request.prepared.begin(
-            time, state, held, step=start is not None and start.jump
-        )
+        motion = request.prepared.begin(time, state, held, step=start is not None and start.jump)
         self._set_motion(motion, time, request.stamp_ns or time_ns)
         self.phase = Phase.RUNNING
         self._monitor = self._new_monitor((self.goal or request).tolerances)
@@ -337,8 +335,7 @@ class TrajectoryExecution:
     def _new_monitor(self, tolerances: SegmentTolerances) -> ToleranceMonitor:
         parameters = self.parameters
         return ToleranceMonitor(
-            parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
-        )
+            parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1')
 
     def _succeed(self, goal: TrajectoryGoal, time_ns: int) -> None:
         final = self.motion.final.copy()

@@ -116,9 +116,7 @@ STANDING = 1.2e-7
 
 
 def validate(
-    trajectory: JointTrajectory,
-    parameters: JointTrajectoryControllerParameters,
-    now_ns: int,
+    trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters, now_ns: int
 ) -> Waypoints:
     """
     Return a trajectory's waypoints in controller order.
@@ -136,8 +134,7 @@ def validate(
         )
     if not names:
         raise RefusedTrajectoryError(
-            'the trajectory names no joint', TrajectoryErrorCode.INVALID_JOINTS
-        )
+            'the trajectory names no joint', TrajectoryErrorCode.INVALID_JOINTS)
     if not len(trajectory):
         raise RefusedTrajectoryError('the trajectory has no points')
     _check_names(names, joints)
@@ -206,8 +203,7 @@ def _check_quantities(
             )
         if not any(map(len, (point.positions, point.velocities, point.accelerations))):
             raise RefusedTrajectoryError(
-                f'point {i} has neither positions nor velocities nor accelerations'
-            )
+                f'point {i} has neither positions nor velocities nor accelerations')
         if len(point.effort) and 'effort' not in parameters.command_interfaces:
             raise RefusedTrajectoryError(
                 f'point {i} has efforts, but the controller commands '

@@ -108,8 +108,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         check_configuration(parameters, self.context.hardware)
         warn_of_configuration(parameters, self.events, self.time_ns)
         self._loop = TrajectoryLoop(
-            lambda: self.parameters, self.context, self._properties, self.events, self.time_ns
-        )
+            lambda: self.parameters, self.context, self._properties, self.events, self.time_ns)
 
     def activate(self, time_ns: int) -> None:
         """Hold the joints where they are."""

@@ -110,8 +110,7 @@ def stop_brakes(
     if not parameters.constraints.decelerate_on_cancel:
         return None
     brakes = np.array(
-        [parameters.constraints.joints[j].max_deceleration_on_cancel for j in parameters.joints]
-    )
+        [parameters.constraints.joints[j].max_deceleration_on_cancel for j in parameters.joints])
     lacking = ''
     if 'velocity' not in parameters.state_interfaces:
         lacking = 'there is no velocity state interface'

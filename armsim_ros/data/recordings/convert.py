@@ -271,8 +271,7 @@ def _rows(recording: Recording, source: Source, places: NDArray[np.intp]) -> NDA
 
 
 def _pictures(
-    recording: Recording, topic: str, places: NDArray[np.intp],
-    measured: list[NDArray[np.uint8]],
+    recording: Recording, topic: str, places: NDArray[np.intp], measured: list[NDArray[np.uint8]]
 ) -> Iterator[NDArray[np.uint8]]:
     """Yield the picture of each frame; some of them are kept in ``measured``."""
     count = len(places)

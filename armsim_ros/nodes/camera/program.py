@@ -40,7 +40,6 @@ class CameraProgram:
     At most one picture of each camera is on its way, so that a late picture is never
     begun.
 
-    :param arguments: the command line.
     :param stop_wanted: whether a signal came.
     """
 

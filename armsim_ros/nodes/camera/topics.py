@@ -83,8 +83,6 @@ class CameraTopics:
 
     Compressed as by image_transport: ``color/image_raw/compressed`` and
     ``depth/image_raw/compressedDepth``; without Pillow these are not there.
-
-    :param node: the node that publishes.
     """
 
     def __init__(self, node: Node, camera: Camera) -> None:
@@ -121,8 +119,7 @@ class CameraTopics:
     @property
     def seen(self) -> bool:
         """Whether there are subscribers to drawn pictures."""
-        return any(publisher.get_subscription_count()
-                   for publisher in self._drawn)
+        return any(publisher.get_subscription_count() for publisher in self._drawn)
 
     @property
     def _drawn(self) -> tuple[Any, ...]:
@@ -214,8 +211,7 @@ class RenderingDiagnostics:
 
     def __init__(self, node: PollingNode) -> None:
         self._node = node
-        self._publisher = node.create_publisher(
-            DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
         self._due = 0.0
         self._pictures, self._seconds = 0, 0.0
         self.backend = ''

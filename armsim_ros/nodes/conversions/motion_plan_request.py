@@ -19,9 +19,7 @@ from moveit_msgs.msg import Constraints as ConstraintsMessage
 from moveit_msgs.msg import MotionPlanRequest as MotionPlanRequestMessage
 from moveit_msgs.msg import OrientationConstraint as OrientationConstraintMessage
 from moveit_msgs.msg import PositionConstraint as PositionConstraintMessage
-from moveit_msgs.msg import (
-    WorkspaceParameters as WorkspaceMessage,
-)
+from moveit_msgs.msg import WorkspaceParameters as WorkspaceMessage
 from shape_msgs.msg import Mesh
 
 from armsim_ros.errors import PlanningError
@@ -74,8 +72,7 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
         ),
         position_constraints=tuple(_position(item) for item in message.position_constraints),
         orientation_constraints=tuple(
-            _orientation(item) for item in message.orientation_constraints
-        ),
+            _orientation(item) for item in message.orientation_constraints),
         visibility_constraints=tuple(
             VisibilityConstraint(
                 target_radius=float(item.target_radius),
@@ -218,8 +215,7 @@ def request_from_message(message: MotionPlanRequestMessage, seed: int = -1) -> M
     return MotionPlanRequest(
         group_name=message.group_name,
         goal_constraints=tuple(
-            constraints_from_message(item) for item in message.goal_constraints
-        ),
+            constraints_from_message(item) for item in message.goal_constraints),
         start_state=start_state_from_message(message.start_state),
         path_constraints=constraints_from_message(message.path_constraints),
         pipeline_id=message.pipeline_id,
@@ -253,8 +249,7 @@ def display_trajectory_message(
 ) -> DisplayTrajectory:
     """Return what RViz animates: trajectories and the full state that the first begins with."""
     return DisplayTrajectory(
-        model_id=model_id, trajectory=list(trajectories), trajectory_start=start
-    )
+        model_id=model_id, trajectory=list(trajectories), trajectory_start=start)
 
 
 def _workspace(message: WorkspaceMessage) -> WorkspaceParameters:

@@ -19,9 +19,7 @@ from moveit_msgs.msg import (
     PlanningSceneWorld,
     RobotState,
 )
-from moveit_msgs.msg import (
-    PlanningScene as PlanningSceneMessage,
-)
+from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from octomap_msgs.msg import OctomapWithPose
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import ColorRGBA
@@ -207,8 +205,7 @@ def scene_to_message(
     if components & (Component.ROBOT_STATE | Component.ATTACHED_OBJECTS):
         attached = content.attached.values() if components & Component.ATTACHED_OBJECTS else ()
         message.robot_state = robot_state_to_message(
-            content.kinematic_model.positions(content.q), content.model_frame, attached=attached
-        )
+            content.kinematic_model.positions(content.q), content.model_frame, attached=attached)
     if components & (Component.WORLD_OBJECT_NAMES | Component.WORLD_OBJECT_GEOMETRY):
         geometry = bool(components & Component.WORLD_OBJECT_GEOMETRY)
         message.world.collision_objects = [
@@ -280,8 +277,7 @@ def transforms(scene: PlanningScene) -> list[TransformStamped]:
         message.header.frame_id = frame
         flat = pose_to_message(scene.frame_pose(frame))
         message.transform.translation = Vector3(
-            x=flat.position.x, y=flat.position.y, z=flat.position.z
-        )
+            x=flat.position.x, y=flat.position.y, z=flat.position.z)
         message.transform.rotation = flat.orientation
         messages.append(message)
     return messages

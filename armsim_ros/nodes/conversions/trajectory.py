@@ -214,9 +214,7 @@ def fill_controller_state(
     message.speed_scaling_factor = snapshot.speed_scaling_factor
 
 
-def fill_feedback(
-    message: FollowJointTrajectory.Feedback, snapshot: ControllerSnapshot
-) -> None:
+def fill_feedback(message: FollowJointTrajectory.Feedback, snapshot: ControllerSnapshot) -> None:
     """Write a snapshot into the feedback of ``follow_joint_trajectory``."""
     fill_time(message.header.stamp, snapshot.time_ns)
     message.joint_names = list(snapshot.joint_names)

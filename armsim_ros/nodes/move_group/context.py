@@ -43,7 +43,6 @@ class Context:
     changes the scene and writes it into messages. Planning and queries have each a planner
     (with a collision checker) of their own and work on snapshots of the scene.
 
-    :param node: has the endpoints.
     :param scene: the monitored scene.
     :param planning_parameters: from the robot's files and the command line.
     :param ownership: knows what of the scene belongs to a simulated world.
@@ -173,7 +172,6 @@ class MoveGroupActionServer(ActionServer):
     """
     Accepts every goal and keeps the results of those that ended last.
 
-    :param context: the parts of move_group.
     :param execute: goal handle -> result; it calls :meth:`end` at last.
     """
 

@@ -39,8 +39,7 @@ class PlanExecution(Settings):
     """Parameters of ``plan_execution``."""
 
     record_trajectory_state_frequency: float = parameter(
-        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0, le=1000.0
-    )
+        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0, le=1000.0)
 
 
 class LiveParameters(Settings):
@@ -50,8 +49,7 @@ class LiveParameters(Settings):
         True, 'whether execute_trajectory and move_action move the robot')
     plan_execution: PlanExecution
     planning_seed: int = parameter(
-        -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request'
-    )
+        -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request')
     monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
 
 
@@ -59,7 +57,6 @@ class MoveGroupParameters:
     """
     Declares the live parameters and takes over their changes.
 
-    :param context: the parts of move_group.
     :raises ConfigError: a value from ``--ros-args`` is wrong.
     """
 
@@ -72,8 +69,7 @@ class MoveGroupParameters:
         live = LiveParameters(
             allow_trajectory_execution=execution.allow_trajectory_execution,
             plan_execution=PlanExecution(
-                record_trajectory_state_frequency=planning.record_trajectory_state_frequency
-            ),
+                record_trajectory_state_frequency=planning.record_trajectory_state_frequency),
             planning_seed=context.planner.settings.seed,
             monitor_dynamics=planning.monitor_dynamics,
         )

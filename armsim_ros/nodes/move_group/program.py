@@ -63,27 +63,19 @@ from armsim_ros.nodes.qos import publish_text
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config
-from armsim_ros.scene_sources.simulated_world import (
-    initial_scene,
-    WorldOwnership,
-)
+from armsim_ros.scene_sources.simulated_world import initial_scene, WorldOwnership
 
 #: Wall time to wait for the simulation [s].
 ANSWER_TIMEOUT = 5.0
 
 
 class SimulationSync:
-    """
-    Finds out which joint states are current.
-
-    :param context: the parts of move_group.
-    """
+    """Finds out which joint states are current."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self._client = context.node.create_client(
-            Trigger, '/simulation/sync', qos_profile=qos.SERVICES, callback_group=context.group
-        )
+            Trigger, '/simulation/sync', qos_profile=qos.SERVICES, callback_group=context.group)
 
     async def __call__(self) -> int:
         """
@@ -131,7 +123,6 @@ class MoveGroup:
     """
     Every endpoint of the program.
 
-    :param node: has the endpoints.
     :param executor: the executor that spins the node.
     :param cell: the robot, or all robots of a cell.
     """
@@ -243,8 +234,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)
     octomap = OctomapMonitor(context, octomap_settings(context))
-    parts = Parts(
-        context, job, execution, display, SequenceJob(context, job, display), octomap)
+    parts = Parts(context, job, execution, display, SequenceJob(context, job, display), octomap)
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
@@ -301,9 +291,7 @@ class MoveGroupProgram(ExecutorProgram):
         self._spin(executor, node, move_group)
         return 0
 
-    def _spin(
-        self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup
-    ) -> None:
+    def _spin(self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup) -> None:
         """Run callbacks until a stop is requested, and a little longer if clients wait."""
         pending: set[Future] = set()
         ending, ended = False, -_LATE_TIME
@@ -349,5 +337,4 @@ def name_with_dots(node: Node) -> None:
         dotted = name.strip('/').replace('/', '.')
         if dotted != name and not node.has_parameter(dotted):
             node.declare_parameter(
-                dotted, parameter.value, ParameterDescriptor(dynamic_typing=True)
-            )
+                dotted, parameter.value, ParameterDescriptor(dynamic_typing=True))

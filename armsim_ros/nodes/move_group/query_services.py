@@ -28,11 +28,7 @@ from armsim_ros.planning.queries import IKRequest, LinkPose
 
 
 class CheckStateValidity:
-    """
-    Answers whether a state is collision-free and satisfies constraints, and lists contacts.
-
-    :param context: the parts of move_group.
-    """
+    """Answers whether a state is collision-free and satisfies constraints, and lists contacts."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -55,8 +51,7 @@ class CheckStateValidity:
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(
-                scene, scene.q, request.group_name, constraints
-            )
+                scene, scene.q, request.group_name, constraints)
         )
         stamp = context.node.get_clock().now().to_msg()
         response.contacts = [
@@ -87,11 +82,7 @@ def contact_message(contact: Contact, frame: str, stamp: Any) -> ContactInformat
 
 
 class ComputeFk:
-    """
-    Returns the poses of links, attached objects and subframes.
-
-    :param context: the parts of move_group.
-    """
+    """Returns the poses of links, attached objects and subframes."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -108,8 +99,7 @@ class ComputeFk:
                     response: GetPositionFK.Response) -> None:
         if not request.fk_link_names:
             raise PlanningError(
-                MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk'
-            )
+                MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk')
         context = self._context
         present = await context.present_scene()
         scene = context.started(present, start_state_from_message(request.robot_state))
@@ -137,11 +127,7 @@ class ComputeFk:
 
 
 class ComputeIk:
-    """
-    Finds joint positions that put links at poses.
-
-    :param context: the parts of move_group.
-    """
+    """Finds joint positions that put links at poses."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -167,8 +153,7 @@ class ComputeIk:
         )
         clock = context.planning_clock()
         answer = await context.queries.submit(
-            lambda: context.query_planner.ik_in_turns(request, scene, clock=clock)
-        )
+            lambda: context.query_planner.ik_in_turns(request, scene, clock=clock))
         fill_error(response.error_code, answer.error_code, answer.message, 'compute_ik')
         if answer.error_code == MoveItErrorCode.SUCCESS:
             response.solution = robot_state_to_message(answer.positions, context.frame)
@@ -194,17 +179,11 @@ class ComputeIk:
 
     @staticmethod
     def _target(link_name: str, message: Any) -> LinkPose:
-        return LinkPose(
-            link_name, pose_from_message(message.pose), message.header.frame_id
-        )
+        return LinkPose(link_name, pose_from_message(message.pose), message.header.frame_id)
 
 
 class GetUrdf:
-    """
-    Answers with the part of the URDF that a planning group consists of.
-
-    :param context: the parts of move_group.
-    """
+    """Answers with the part of the URDF that a planning group consists of."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -224,8 +203,7 @@ class GetUrdf:
             )
             return response
         response.urdf_string = group_urdf(
-            self._context.robot.urdf, groups[request.group_name].joints
-        )
+            self._context.robot.urdf, groups[request.group_name].joints)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS)
         return response
 

@@ -287,8 +287,7 @@ class Streaming:
             self.stream.stop()
         if not self.output.heard:
             findings.append(
-                Finding(ServoStatus.INVALID, f"'{self.output.topic}' has no subscriber")
-            )
+                Finding(ServoStatus.INVALID, f"'{self.output.topic}' has no subscriber"))
         return findings
 
     def _follow(self, command: Command | None, now: int) -> Cycle:

@@ -72,7 +72,6 @@ class DomainWatch:
     latest searches: an older one no longer does. Two that start at the same time
     both find the other and both give up.
 
-    :param node: our manager's node.
     :param found: called once with the message for the user.
     """
 

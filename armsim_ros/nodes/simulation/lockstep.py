@@ -32,13 +32,10 @@ class Digest:
     """
     Answers with a hash of plant, drives, controllers and time; equal runs have equal ones.
 
-    :param node: the node that serves.
     :param digest: makes the hash; called between two ticks.
     """
 
-    def __init__(
-        self, node: Node, work: Work, digest: Callable[[], str]
-    ) -> None:
+    def __init__(self, node: Node, work: Work, digest: Callable[[], str]) -> None:
         self._work = work
         self._digest = digest
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
@@ -95,7 +92,6 @@ class Dump:
     """
     Writes the last seconds of the simulation as MCAP.
 
-    :param node: the node that serves.
     :param recorder: has the last seconds.
     :param events: returns the controllers' latest messages.
     """
@@ -168,14 +164,11 @@ class Sync:
     Topics have no answer; a client that needs the present state waits for the message
     with this time.
 
-    :param node: the node that serves.
     :param publish: hands the messages to the publishing thread and returns their time [ns];
         called between two ticks.
     """
 
-    def __init__(
-        self, node: Node, work: Work, publish: Callable[[], int]
-    ) -> None:
+    def __init__(self, node: Node, work: Work, publish: Callable[[], int]) -> None:
         self._work = work
         self._publish = publish
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine

@@ -70,7 +70,6 @@ class SimulationProgram:
     The control thread moves time, the executor's thread answers services and actions, and the
     thread that calls ``run`` publishes what the loop hands over.
 
-    :param arguments: the command line.
     :param stop_wanted: whether a signal came; read between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot that can run.
     :raises UsageError: a remapping would give several robots the same name.
@@ -130,8 +129,7 @@ class SimulationProgram:
         simulation = self._cell.settings.simulation
         prioritized = prioritize_process(simulation.pace.priority)
         rclpy.init(
-            args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
-        )
+            args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO)
         self._executor = SingleThreadedExecutor()
         self._control = ControlThread(self._loop)
         nodes: list[Node] = []
@@ -194,8 +192,7 @@ class SimulationProgram:
                 )
         return [
             lock_domain(
-                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/'
-            )
+                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/')
             for robot in robots
         ]
 
@@ -228,8 +225,7 @@ class SimulationProgram:
         settings = self._cell.settings
         period_ns = self._loop.steps_per_update * self._clock.step_ns
         self._clock_publisher = Clock(
-            self._simulation_node, period_ns if settings.simulation.deterministic else 0
-        )
+            self._simulation_node, period_ns if settings.simulation.deterministic else 0)
         refusals = [text for manager in self._managers.values() for text in manager.refusals]
         logger = self._robots[0].node.get_logger()
         for text in (*self._warnings, *refusals, *self._simulation.warnings):
@@ -237,8 +233,7 @@ class SimulationProgram:
         for text in self._simulation.remarks:
             logger.info(text)
         if not self._cell.model.srdf:
-            logger.info(
-                "without an SRDF the robot's links pass through each other in the physics")
+            logger.info("without an SRDF the robot's links pass through each other in the physics")
         period_ns = round(1e9 / settings.simulation.clock_rate)
         if settings.simulation.state_publisher:
             self._create_state_publisher(period_ns)
@@ -297,8 +292,7 @@ class SimulationProgram:
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
         self._dispatcher.every(IDLE_PERIOD, self._time.update)
         logger.info(
-            f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}"
-        )
+            f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}")
 
     async def _settle(self) -> None:
         """Wait in lockstep for what programs make of what a step has published."""
@@ -314,8 +308,7 @@ class SimulationProgram:
         if not settings.seconds:
             return
         recorder = FlightRecorder(
-            self._cell, self._simulation, self._managers, seconds=settings.seconds
-        )
+            self._cell, self._simulation, self._managers, seconds=settings.seconds)
         self._loop.every(recorder.period_ns, recorder.sample)
         self._dump = Dump(node, work, recorder, settings, self._recent_events)
 

@@ -49,10 +49,7 @@ class EventLog:
     """
 
     def __init__(
-        self,
-        node: Node,
-        manager: ControllerManager,
-        sides: Mapping[str, ControllerNode],
+        self, node: Node, manager: ControllerManager, sides: Mapping[str, ControllerNode]
     ) -> None:
         self._node = node
         self._manager = manager
@@ -80,7 +77,6 @@ class FaultParameters:
     """
     Injects joint faults; only if ``fault_injection`` of simulation.yaml is set.
 
-    :param node: the manager's node.
     :param injector: makes the joints fail.
     :param joints: those of the manager's robot.
     """
@@ -105,7 +101,6 @@ class RobotNodes:
     """
     The nodes of a robot and their endpoints.
 
-    :param robot: the robot.
     :param manager: its controller manager.
     :param loop: runs all managers.
     :param executor: serves the nodes.
@@ -126,8 +121,7 @@ class RobotNodes:
         """Create what others must discover early: the manager and its controllers."""
         namespace = robot.settings.namespace or '/'
         self.node = time.node(
-            'controller_manager', namespace=namespace, allow_undeclared_parameters=True
-        )
+            'controller_manager', namespace=namespace, allow_undeclared_parameters=True)
         executor.add_node(self.node)
         self._robot = robot
         self._manager = manager

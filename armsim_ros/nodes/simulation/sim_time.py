@@ -30,7 +30,6 @@ class ToldNode(GuardedNode):
     Its clock is set when it is read: to set a clock wakes the executor where the node has
     an action server, which at the rate of ``/clock`` would take most of a processor.
 
-    :param name: of the node.
     :param now: returns the simulation's time [ns].
     :param options: those of ``rclpy.node.Node``.
     """
@@ -104,7 +103,6 @@ class Clock:
     """
     Publishes the simulation's time.
 
-    :param node: the node that publishes.
     :param period_ns: where it is given, every multiple of it that time has passed since the last
         message has its own [ns].
     """
@@ -116,11 +114,7 @@ class Clock:
         self._last_ns = 0
 
     def publish(self, time_ns: int) -> None:
-        """
-        Publish a time, if it has subscribers.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish a time, if it has subscribers."""
         if self._publisher.wanted(time_ns):
             period_ns = self._period_ns
             if period_ns:

@@ -36,7 +36,6 @@ class JointTransforms:
     """
     The transforms of a robot, and when they are due.
 
-    :param robot: the robot.
     :param log: receives dropped messages and jumps of the clock.
     """
 
@@ -129,8 +128,7 @@ class _MovingTransforms:
         self._axes = np.array([joint.axis for joint in joints]).reshape(-1, 3)
         self._origins = np.array([joint.origin[:3, 3] for joint in joints]).reshape(-1, 3)
         self._rotations = np.array(
-            [quat_xyzw_from_matrix(joint.origin) for joint in joints]
-        ).reshape(-1, 4)
+            [quat_xyzw_from_matrix(joint.origin) for joint in joints]).reshape(-1, 4)
         self._slides = np.array([joint.origin[:3, :3] @ joint.axis for joint in joints])
         self._slides = self._slides.reshape(-1, 3)
         stamped = [transform(prefix + joint.parent, prefix + joint.child) for joint in joints]
@@ -154,8 +152,7 @@ class _MovingTransforms:
         self._shown = positions
         half = np.where(self._sliding, 0.0, 0.5 * positions)
         quaternions = _product(
-            self._rotations, np.column_stack([self._axes * np.sin(half)[:, None], np.cos(half)])
-        )
+            self._rotations, np.column_stack([self._axes * np.sin(half)[:, None], np.cos(half)]))
         slides = np.where(self._sliding, positions, 0.0)
         translations = self._origins + self._slides * slides[:, None]
         self._message.set_numbers(np.column_stack([translations, quaternions]).ravel())
@@ -210,8 +207,7 @@ class RobotStatePublisher:
     :raises ConfigError: a parameter is wrong, or the description is missing or not a URDF.
     """
 
-    def __init__(self, node: Node, urdf: str = '', fixed: Sequence[TransformStamped] = ()
-                 ) -> None:
+    def __init__(self, node: Node, urdf: str = '', fixed: Sequence[TransformStamped] = ()) -> None:
         self._node = node
         try:
             for name, default in _DEFAULTS.items():
@@ -286,8 +282,7 @@ def robot_of(urdf: str) -> RobotModel:
 
     :raises ModelError: where the text is not a URDF.
     """
-    content = parse_urdf(
-        urdf, DESCRIPTION, read_mesh=lambda uri, scale: None, with_hardware=False)
+    content = parse_urdf(urdf, DESCRIPTION, read_mesh=lambda uri, scale: None, with_hardware=False)
     return RobotModel(content.name, content.links, content.joints, content.root_link, urdf=urdf)
 
 

@@ -189,8 +189,7 @@ class Joystick:
         except BlockingIOError:
             pass
         except OSError as error:
-            raise ArmsimError(
-                f"the gamepad '{self._path}' is gone: {error.strerror}") from None
+            raise ArmsimError(f"the gamepad '{self._path}' is gone: {error.strerror}") from None
         # Linux has right and down positive.
         return ([-value / _LARGEST for value in self._row(_AXIS)], self._row(_BUTTON))
 

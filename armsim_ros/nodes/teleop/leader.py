@@ -30,9 +30,7 @@ class Following:
     :param approach: whether the arm goes slowly to a leader that is farther away.
     """
 
-    def __init__(
-        self, limits: Mapping[str, JointLimits], speed: float, *, approach: bool
-    ) -> None:
+    def __init__(self, limits: Mapping[str, JointLimits], speed: float, *, approach: bool) -> None:
         self._limits, self._approach = limits, approach
         self._speeds = {name: speed * each.velocity for name, each in limits.items()}
         self.engaged = False

@@ -136,8 +136,7 @@ def record(options: argparse.Namespace, ros: Sequence[str], ending: Ending) -> i
         operator.task = runner.task
         data = opened(Plan(source, 1), Path(folder), runner)
         operator.device = _device(options, ros, operator, keys, stack)
-        runner.env = stack.enter_context(
-            task_over_ros(runner.env, options.robot, lockstep=False))
+        runner.env = stack.enter_context(task_over_ros(runner.env, options.robot, lockstep=False))
         helps = {'keyboard': HELP, 'gamepad': GAMEPAD_HELP}
         print(helps.get(options.device.partition(':')[0], '') + RECORD_HELP, flush=True)
         while not ending:
@@ -182,8 +181,7 @@ def _device(options: argparse.Namespace, ros: Sequence[str], operator: Operator,
                           options.speed, approach=options.approach)
 
     def lead() -> Mapping[str, float] | None:
-        goals = following.step(leader.positions, operator.task.commanded,
-                               operator.task.period)
+        goals = following.step(leader.positions, operator.task.commanded, operator.task.period)
         level = leader.level(hand)
         if following.engaged and level is not None:
             operator.level = level

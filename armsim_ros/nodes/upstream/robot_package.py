@@ -185,8 +185,7 @@ def wait_for_descriptions(
         node = Node(f'{arguments.name}_waits', context=context, use_global_arguments=True,
                     enable_rosout=False, start_parameter_services=False)
         for topic in topics:
-            node.create_subscription(
-                String, topic, partial(_note, found, topic), qos.LATCHED)
+            node.create_subscription(String, topic, partial(_note, found, topic), qos.LATCHED)
         node.create_timer(_REMINDER, lambda: node.get_logger().info(
             f"waiting for the topic {' or '.join(topics)}"))
         executor = SingleThreadedExecutor(context=context)

@@ -28,11 +28,7 @@ from armsim_ros.packages import Packages
 
 
 class WebProgram:
-    """
-    The link to the graph and the page.
-
-    :param arguments: the command line.
-    """
+    """The link to the graph and the page."""
 
     def __init__(self, arguments: WebArguments) -> None:
         self._arguments = arguments

@@ -92,8 +92,7 @@ class DriveGains:
             return np.broadcast_to(self.d, inertias.shape)
         requested = 2.0 * ratio * np.sqrt(self._springs * inertias)
         raised: Matrix = np.maximum(
-            self.d, np.minimum(requested, inertias / self._settings.timestep)
-        )
+            self.d, np.minimum(requested, inertias / self._settings.timestep))
         return raised
 
     def stiffness_warnings(self, inertia: Vector) -> list[str]:
@@ -239,9 +238,7 @@ def mode_of(joint: str, claim: frozenset[str]) -> Mode:
         if option
     )
     names = ', '.join(sorted(claim))
-    raise SimulationError(
-        f"joint '{joint}' cannot follow [{names}] together; allowed: {legal}"
-    )
+    raise SimulationError(f"joint '{joint}' cannot follow [{names}] together; allowed: {legal}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -126,8 +126,7 @@ class InverseDynamics:
         prefix = f'{model.name}/'
         # All joints have one degree of freedom: position, velocity and joint numbers agree.
         self._joints = np.array(
-            [plant_order.index(prefix + name) for name in model.movable_joints], dtype=np.intp
-        )
+            [plant_order.index(prefix + name) for name in model.movable_joints], dtype=np.intp)
         self._expand, self._offset = _mimic_map(model)
         scatter = np.zeros((self._model.nv, len(model.movable_joints)))
         scatter[self._joints, np.arange(len(self._joints))] = 1.0

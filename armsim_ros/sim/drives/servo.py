@@ -180,8 +180,7 @@ class Servo(Restorable):
             velocity = np.where(follows, velocity, np.nan)
             acceleration = np.where(follows, acceleration, np.nan)
         self._wanted = self._interpolator.command(
-            self._target, velocity, acceleration, steps, steps * self._timestep
-        )
+            self._target, velocity, acceleration, steps, steps * self._timestep)
         if self._any_velocity:
             bounded = np.clip(command.velocity, -self.limits.velocity, self.limits.velocity)
             usable = self._followed.velocity & np.isfinite(bounded)
@@ -223,8 +222,7 @@ class Servo(Restorable):
             untuned, self._counted = 0, self._counts[self._row]
         basis = self._basis
         if basis is None or basis.steps != steps:
-            self._basis = basis = PeriodBasis(
-                steps, self._timestep, implicit=self.gains.implicit)
+            self._basis = basis = PeriodBasis(steps, self._timestep, implicit=self.gains.implicit)
         start, velocity = self.reference, self._velocities[self._row]
         features = self._interpolator.cubic(target, start, velocity, steps * self._timestep)
         references, velocities = basis.motion(features)
@@ -304,8 +302,7 @@ class Servo(Restorable):
         self._drop_plan()
         period = steps * self._timestep
         self._plan(
-            self._interpolator.preview(commands, velocities, accelerations, steps, period), steps
-        )
+            self._interpolator.preview(commands, velocities, accelerations, steps, period), steps)
         self._commands, self._wanted = commands, self._wanted[:0]
 
     def end_plan(self) -> None:
@@ -371,8 +368,7 @@ class Servo(Restorable):
         :param steps: in a control period; k holds a whole number of periods.
         """
         references = self.limits.bounded(
-            self.reference, requested, self._longest_step, self._step_weights
-        )
+            self.reference, requested, self._longest_step, self._step_weights)
         velocities = np.empty_like(references)
         velocities[0] = self._velocities[self._row]
         np.subtract(references[1:], references[:-1], out=velocities[1:])
@@ -392,8 +388,7 @@ class Servo(Restorable):
             moved = np.minimum(np.maximum(moved, position - self._reach), position + self._reach)
             requested = np.where(self._followed.velocity, moved, requested)
         references = self.limits.bounded(
-            self.reference, requested[None], self._longest_step, self._step_weights
-        )
+            self.reference, requested[None], self._longest_step, self._step_weights)
         velocities = np.stack((self._velocities[self._row], references[1] - references[0]))
         velocities[1] /= h
         free = self._follows_effort
@@ -414,8 +409,7 @@ class Servo(Restorable):
         stride = stride_of(steps)
         if stride > 1:
             inputs, inertias = self.dynamics.torques_between(
-                references, velocities, accelerations, stride
-            )
+                references, velocities, accelerations, stride)
         else:
             inputs, inertias = self.dynamics.torques(before, velocities[:-1], accelerations)
             # What is known after a step is the inertia before it.
@@ -492,12 +486,10 @@ class Servo(Restorable):
         self._any_velocity = bool(followed.velocity.any())
         self._any_effort = bool(followed.effort.any() or followed.effort_added.any())
         self._needs_state = bool(
-            self._any_velocity or self._follows_effort.any() or self.gains.integrate
-        )
+            self._any_velocity or self._follows_effort.any() or self.gains.integrate)
         # A velocity command is bounded itself; its reference must keep up with a dragged joint.
         self._longest_step = np.where(
-            followed.velocity, np.inf, self._timestep * self.limits.velocity
-        )
+            followed.velocity, np.inf, self._timestep * self.limits.velocity)
         with np.errstate(divide='ignore', invalid='ignore'):
             self._step_weights = 1.0 / self._longest_step
             reach = self.limits.effort / self.gains.p

@@ -107,11 +107,9 @@ def finger_switches(
     for controller in manager.controllers.values():
         if isinstance(controller, GripperBase):
             joint = controller.parameters.joint
-            ends = {name.lower()[:4]: values[joint] for name, values in states
-                    if joint in values}
+            ends = {name.lower()[:4]: values[joint] for name, values in states if joint in values}
             if 'open' in ends and 'clos' in ends:
-                found[joint] = partial(
-                    _move_fingers, manager, joint, (ends['open'], ends['clos']))
+                found[joint] = partial(_move_fingers, manager, joint, (ends['open'], ends['clos']))
     return found
 
 

@@ -74,8 +74,7 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
     model, unused = _compiled(text, file, read_mesh, ignore_assets)
     reader = _Reader(model, unused)
     x, y, z = (float(value) for value in model.opt.gravity)
-    items = [reader.item(body) for body in range(1, model.nbody)
-              if model.body_parentid[body] == 0]
+    items = [reader.item(body) for body in range(1, model.nbody) if model.body_parentid[body] == 0]
     fixed = reader.geoms(0, np.eye(4))
     floor: float | None = None
     for name, part in fixed:
@@ -106,8 +105,7 @@ class _Reader:
         """Return a body at the top with all that hangs on it as an object."""
         model = self._model
         name = model.body(top).name or f'body_{top}'
-        inside = [body for body in range(top, model.nbody)
-                  if model.body_rootid[body] == top]
+        inside = [body for body in range(top, model.nbody) if model.body_rootid[body] == top]
         free = False
         for body in inside:
             start = int(model.body_jntadr[body])
@@ -187,8 +185,7 @@ class _Reader:
             self._data.xpos[body], matrix_from_quat_wxyz(self._data.xquat[body]))
 
     def _inertial(self, body: int, frame: Matrix) -> Inertial:
-        pose = pose_from_parts(
-            self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
+        pose = pose_from_parts(self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
         return Inertial(float(self._model.body_mass[body]), frame @ pose,
                         np.diag(self._model.body_inertia[body]))
 
@@ -256,8 +253,7 @@ def _take_meshes(asset: XmlElement, folder: str, read_mesh: MeshReader,
                     f"{child.where}: scale is '{' '.join(words)}'; allowed: 3 numbers") from None
             asset.children.remove(child)
             try:
-                meshes.append(
-                    (name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
+                meshes.append((name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
             except ResourceFaultError as error:
                 if not ignore_assets or error.fault not in ASSET_FAULTS:
                     raise

@@ -177,9 +177,7 @@ class WorldResources:
         return LoadedObject(replace(
             _yaml_object(text, name), name=file.stem if file is not None else ''))
 
-    def _world(
-        self, text: str, name: str, file: Path | None, ignore_assets: bool
-    ) -> LoadedWorld:
+    def _world(self, text: str, name: str, file: Path | None, ignore_assets: bool) -> LoadedWorld:
         kind, read_mesh = _kind(text, name), partial(self._mesh, file)
         stem = file.stem if file is not None else ''
         if kind == 'sdf':
@@ -238,8 +236,7 @@ class WorldResources:
 
 def _given(text: str) -> str:
     if not text:
-        raise ResourceFaultError(
-            Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
+        raise ResourceFaultError(Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
     return text
 
 

@@ -38,7 +38,6 @@ class ExecuteTrajectory:
     """
     Runs a client's trajectories; goals wait for each other.
 
-    :param context: the parts of move_group.
     :param execution: sends them to the controllers.
     """
 
@@ -99,7 +98,6 @@ class ExecuteTaskSolution:
     All parts are checked before any motion starts. What a part changes in the scene
     is changed when its motion has ended well; a part that fails ends the whole.
 
-    :param context: the parts of move_group.
     :param execution: sends trajectories to the controllers.
     """
 
@@ -192,9 +190,7 @@ class ExecuteTaskSolution:
             await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
 
 
-def _in_part(
-    number: int, parts: Sequence[SubTrajectory], code: int, text: str
-) -> PlanningError:
+def _in_part(number: int, parts: Sequence[SubTrajectory], code: int, text: str) -> PlanningError:
     """Return an error that names the part by its number and its stage's comment."""
     comment = parts[number].info.comment
     name = f" ('{comment}')" if comment else ''

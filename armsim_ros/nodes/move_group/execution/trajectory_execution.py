@@ -42,7 +42,6 @@ class PathWatch:
     As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
     changes of the scene count.
 
-    :param context: the parts of move_group.
     :param trajectory: that is being executed.
     :param group: planning group that it moves.
     :param overlaid: returns a scene with the goal's scene difference.
@@ -58,8 +57,7 @@ class PathWatch:
         self._overlaid = overlaid
         joints = set(trajectory.joint_names)
         self._others = sorted(
-            name for robot in context.robots if not robot & joints for name in robot
-        )
+            name for robot in context.robots if not robot & joints for name in robot)
         self._seen = self._versions()
         self._checked = self._positions()
         self._pending: Future | None = None
@@ -87,8 +85,7 @@ class PathWatch:
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
-                    self._trajectory, elapsed, self._overlaid(scene), self._group
-                )
+                    self._trajectory, elapsed, self._overlaid(scene), self._group)
             )
         return ''
 
@@ -161,8 +158,6 @@ class TrajectoryExecutionManager:
     Those that need other controllers run at once, where what they sweep does not meet. Of those
     that share a controller a trajectory that begins where the robot is replaces the one that
     runs; any other waits until it has ended.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -200,12 +195,10 @@ class TrajectoryExecutionManager:
             while True:
                 if watch.cancelled():
                     return ExecutionOutcome(
-                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn'
-                    )
+                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn')
                 if self._stops != stops:
                     return ExecutionOutcome(
-                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue"
-                    )
+                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue")
                 if not (self._rivals(turn) or self._waits_behind(turn)):
                     break
                 await self._context.ticker.next()
@@ -238,8 +231,7 @@ class TrajectoryExecutionManager:
         rivals = self._rivals(turn)
         if rivals and not takes_over:
             return ExecutionOutcome(
-                MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed'
-            )
+                MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed')
         others = tuple(other for other in self._running if other not in rivals)
         self._running.append(turn)
         try:
@@ -249,8 +241,7 @@ class TrajectoryExecutionManager:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
             for rival in rivals:
                 rival.execution.replace()
-            return await turn.execution.run(
-                trajectory, names, multi_dof, start_checked=takes_over)
+            return await turn.execution.run(trajectory, names, multi_dof, start_checked=takes_over)
         finally:
             self._running.remove(turn)
             self._context.ticker.wake()
@@ -340,7 +331,6 @@ class TrajectoryExecutionEvent:
     """
     Stops the robot when the message is "stop".
 
-    :param context: the parts of move_group.
     :param execution: what is stopped.
     """
 
@@ -352,8 +342,7 @@ class TrajectoryExecutionEvent:
     def _receive(self, message: String) -> None:
         if message.data != 'stop':
             self._context.logger.warning(
-                f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop"
-            )
+                f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop")
         elif self._execution.stop():
             self._context.logger.info("trajectory_execution_event: 'stop', the robot is stopped")
 

@@ -136,7 +136,6 @@ class OctomapMonitor:
     map; of a sensor only the newest waits for it. In lockstep none is left out, so that equal
     runs give equal maps.
 
-    :param context: the parts of move_group.
     :param settings: the sensors; without any this costs nothing.
     """
 
@@ -166,8 +165,7 @@ class OctomapMonitor:
         if self._lockstep:
             context.serve(Trigger, '/move_group/sync_octomap', self._sync)
         listened = ', '.join(f"'{each.topic}'" for each in self._updaters.values())
-        context.logger.info(
-            f'octomap: cells of {settings.octomap_resolution:g} m from {listened}')
+        context.logger.info(f'octomap: cells of {settings.octomap_resolution:g} m from {listened}')
 
     def close(self) -> None:
         """End the thread of the map."""

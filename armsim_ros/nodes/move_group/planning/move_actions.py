@@ -55,7 +55,6 @@ class MoveAction:
     """
     Plans and, unless plan_only is set, executes the plan.
 
-    :param context: the parts of move_group.
     :param job: runs the planner.
     :param execution: sends trajectories to the controllers.
     :param name: of the action.
@@ -122,8 +121,7 @@ class MoveAction:
             recorder = StateRecorder(self._context, plan.response.trajectory.joint_names)
             outcome = await self._run(goal, plan, recorder)
             result.executed_trajectory = robot_trajectory_message(
-                recorder.trajectory, self._context.frame
-            )
+                recorder.trajectory, self._context.frame)
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')
             if outcome.success:
                 return
@@ -139,8 +137,7 @@ class MoveAction:
         context = self._context
         return bool(
             await context.queries.submit(
-                lambda: context.query_planner.goal_reached(request, scene)
-            )
+                lambda: context.query_planner.goal_reached(request, scene))
         )
 
     async def _run(
@@ -185,7 +182,6 @@ class SequenceJob:
     """
     Plans sequences in the planner's worker.
 
-    :param context: the parts of move_group.
     :param job: knows the present state.
     :param display: gets every trajectory of a successful plan.
     """
@@ -229,9 +225,7 @@ class SequenceJob:
         )
         context.check_ending('planning')
         answer.planning_time = response.planning_time
-        fill_error(
-            answer.error_code, response.error_code, response.message, response.source
-        )
+        fill_error(answer.error_code, response.error_code, response.message, response.source)
         starts = []
         if response.start:
             carried = context.started(scene, items[0].request.start_state).attached.values()
@@ -259,7 +253,6 @@ class SequenceMoveGroup:
     """
     Plans sequences of motions and, unless plan_only is set, executes them.
 
-    :param context: the parts of move_group.
     :param job: runs the planner.
     :param execution: sends trajectories to the controllers.
     """
@@ -280,8 +273,7 @@ class SequenceMoveGroup:
         with reported(self._context.logger, SOURCE, code):
             plan_only = plans_only(self._context, SOURCE, requested=options.plan_only)
             if not plan_only:
-                drop_robot_state(
-                    options.planning_scene_diff, self._context.logger.warning, SOURCE)
+                drop_robot_state(options.planning_scene_diff, self._context.logger.warning, SOURCE)
             plan = await self._job.run(
                 goal.request.request,
                 result.response,

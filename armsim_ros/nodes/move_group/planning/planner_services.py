@@ -54,11 +54,7 @@ def _short(adapter: str) -> str:
 
 
 class PlannerParams:
-    """
-    Reads and changes the parameters of planner configurations, from the next plan on.
-
-    :param context: the parts of move_group.
-    """
+    """Reads and changes the parameters of planner configurations, from the next plan on."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -92,8 +88,7 @@ class PlannerParams:
             )
         elif len(keys) != len(values):
             context.logger.error(
-                f'set_planner_params: {len(keys)} keys and {len(values)} values; nothing changed'
-            )
+                f'set_planner_params: {len(keys)} keys and {len(values)} values; nothing changed')
         else:
             name = config_name(request.group, request.planner_config)
             configs = dict(settings.planners.configs)
@@ -115,11 +110,7 @@ NAMES = {'ompl': 'OMPL', PILZ: 'Pilz Industrial Motion Planner'}
 
 
 class QueryPlannerInterface:
-    """
-    Lists the pipelines and their planners.
-
-    :param context: the parts of move_group.
-    """
+    """Lists the pipelines and their planners."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -135,8 +126,7 @@ class QueryPlannerInterface:
                 name=NAMES.get(pipeline, pipeline),
                 pipeline_id=pipeline,
                 planner_ids=list(
-                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)
-                ),
+                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)),
             )
             for pipeline in settings.pipelines
         ]
@@ -194,7 +184,6 @@ class DisplayPlannedPath:
     A pipeline publishes its plans where its response adapters have DisplayMotionPath, on the
     topic ``<pipeline>.display_path_topic``; compute_cartesian_path always does.
 
-    :param node: the node that publishes.
     :param model_id: the robot's name.
     :param settings: of the pipelines.
     """
@@ -207,16 +196,12 @@ class DisplayPlannedPath:
             for topic in {TOPIC, settings.display_path_topic}
         }
 
-    def publish(
-        self, start: RobotState, trajectory: RobotTrajectory, topic: str = TOPIC
-    ) -> None:
+    def publish(self, start: RobotState, trajectory: RobotTrajectory, topic: str = TOPIC) -> None:
         """Publish a trajectory and the state that it begins in."""
         self._publishers[topic].publish(
             display_trajectory_message(self._model_id, [trajectory], start))
 
-    def publish_plan(
-        self, pipeline: str, start: RobotState, trajectory: RobotTrajectory
-    ) -> None:
+    def publish_plan(self, pipeline: str, start: RobotState, trajectory: RobotTrajectory) -> None:
         """Publish what a pipeline has planned, if it is configured to."""
         if 'DisplayMotionPath' in response_adapters(self._settings, pipeline):
             topic = TOPIC if pipeline == PILZ else self._settings.display_path_topic

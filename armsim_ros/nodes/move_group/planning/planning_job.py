@@ -10,12 +10,7 @@ from typing import Any
 
 from moveit_msgs.msg import MotionPlanRequest as RequestMessage
 from moveit_msgs.msg import MotionPlanResponse as ResponseMessage
-from moveit_msgs.msg import (
-    MoveItErrorCodes,
-    PipelineState,
-    RobotState,
-    RobotTrajectory,
-)
+from moveit_msgs.msg import MoveItErrorCodes, PipelineState, RobotState, RobotTrajectory
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.node import Node
 
@@ -65,9 +60,7 @@ class PipelineStates:
         """Publish that work on a request has begun."""
         self._publish(request, ResponseMessage(), '')
 
-    def end(
-        self, request: RequestMessage, response: ResponseMessage, pipeline: str
-    ) -> None:
+    def end(self, request: RequestMessage, response: ResponseMessage, pipeline: str) -> None:
         """
         Publish each stage that a request has passed, and the stage that refused it.
 
@@ -93,13 +86,10 @@ class PipelineStates:
     def _heard(self) -> bool:
         return self._publisher is not None and self._publisher.get_subscription_count() > 0
 
-    def _publish(
-        self, request: RequestMessage, response: ResponseMessage, stage: str
-    ) -> None:
+    def _publish(self, request: RequestMessage, response: ResponseMessage, stage: str) -> None:
         if self._publisher is not None and self._heard:
             self._publisher.publish(
-                PipelineState(request=request, response=response, pipeline_stage=stage)
-            )
+                PipelineState(request=request, response=response, pipeline_stage=stage))
 
     def _stages(self, pipeline: str) -> Iterator[str]:
         yield from request_adapters(self._settings, pipeline)
@@ -132,7 +122,6 @@ class PlanningJob:
     """
     Runs the planner in its worker.
 
-    :param context: the parts of move_group.
     :param display: gets every successful plan.
     """
 
@@ -141,8 +130,7 @@ class PlanningJob:
         self._display = display
         ompl = context.settings.ompl
         self._states = PipelineStates(context.node, ompl)
-        self._contacts = DisplayContacts(
-            context.node, ompl.display_contacts_topic, context.frame)
+        self._contacts = DisplayContacts(context.node, ompl.display_contacts_topic, context.frame)
 
     async def run(
         self,
@@ -171,8 +159,7 @@ class PlanningJob:
         planner, clock = context.planner, context.planning_clock()
         cancelled = context.or_ending(cancelled)
         response = await self.in_planner(
-            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled
-        )
+            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled)
         context.check_ending('planning')
         plan = self._in_messages(request, response, scene)
         pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
@@ -195,8 +182,7 @@ class PlanningJob:
                 job.cancel()
                 self._context.check_ending('planning')
                 raise PlanningError(
-                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning'
-                )
+                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning')
             await AnyOf(job, self._context.ticker.next())
         return job.result()
 
@@ -228,8 +214,7 @@ class PlanningJob:
                 'joint_states',
             )
         context.logger.warning(
-            f'no joint state newer than the request within 1 s on {topics}; using the last'
-        )
+            f'no joint state newer than the request within 1 s on {topics}; using the last')
 
     def _in_messages(
         self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene
@@ -269,9 +254,7 @@ def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
     return scene.with_update(replace(update, is_diff=True))
 
 
-def drop_robot_state(
-    message: SceneMessage, warn: Callable[[str], object], source: str
-) -> None:
+def drop_robot_state(message: SceneMessage, warn: Callable[[str], object], source: str) -> None:
     """Take the robot state out of a scene difference: a motion is executed from the present."""
     state = message.robot_state
     if state.joint_state.name or state.attached_collision_objects:

@@ -26,7 +26,6 @@ class PlanKinematicPath:
     """
     Plans and never moves.
 
-    :param context: the parts of move_group.
     :param job: runs the planner.
     """
 
@@ -53,7 +52,6 @@ class PlanSequencePath:
     """
     Plans sequences of motions in the default pipeline and never moves.
 
-    :param context: the parts of move_group.
     :param job: runs the planner.
     """
 
@@ -89,7 +87,6 @@ class ComputeCartesianPath:
     """
     Follows straight lines between poses as far as possible.
 
-    :param context: the parts of move_group.
     :param job: brings the scene to the present.
     :param display: gets every path.
     """
@@ -126,8 +123,7 @@ class ComputeCartesianPath:
             frame_id=request.header.frame_id,
         )
         answer = await context.planning.submit(
-            lambda: context.planner.cartesian_path(requested, scene)
-        )
+            lambda: context.planner.cartesian_path(requested, scene))
         fill_error(response.error_code, answer.error_code, answer.message, answer.source)
         if answer.error_code != MoveItErrorCode.SUCCESS:
             return
@@ -136,7 +132,6 @@ class ComputeCartesianPath:
             return
         carried = context.started(scene, requested.start_state).attached.values()
         response.start_state = robot_state_to_message(
-            answer.start, context.frame, attached=carried
-        )
+            answer.start, context.frame, attached=carried)
         response.solution = robot_trajectory_message(answer.trajectory, context.frame)
         self._display.publish(response.start_state, response.solution)

@@ -178,9 +178,7 @@ class StateMonitor:
     def _receive(self, message: JointState) -> None:
         names, values = message.name, message.position
         if len(names) != len(values):
-            self._complain(
-                f'joint state dropped: {len(names)} names and {len(values)} positions'
-            )
+            self._complain(f'joint state dropped: {len(names)} names and {len(values)} positions')
             return
         moving = len(message.velocity) == len(names)
         stamp = self._stamp(message)
@@ -217,8 +215,7 @@ class StateMonitor:
             return stamp
         if stamp == 0:
             self._warn_once(
-                'stamp', 'joint states have no stamp; the time of their arrival is used'
-            )
+                'stamp', 'joint states have no stamp; the time of their arrival is used')
             stamp = now
         elif now and abs(now - stamp) > CLOCK_MISMATCH_NS:
             # Where a program starves, its messages are old though the clocks agree.

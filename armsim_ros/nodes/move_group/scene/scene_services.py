@@ -32,11 +32,7 @@ from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_fil
 
 
 class ApplyPlanningScene:
-    """
-    Changes the scene; when the answer comes, every later request sees the change.
-
-    :param context: the parts of move_group.
-    """
+    """Changes the scene; when the answer comes, every later request sees the change."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -46,17 +42,12 @@ class ApplyPlanningScene:
         self, request: ApplyPlanningSceneSrv.Request, response: ApplyPlanningSceneSrv.Response
     ) -> ApplyPlanningSceneSrv.Response:
         response.success = await apply_scene_message(
-            self._context, request.scene, 'apply_planning_scene'
-        )
+            self._context, request.scene, 'apply_planning_scene')
         return response
 
 
 class GetPlanningScene:
-    """
-    Answers with the requested parts of the scene, all of them for 0.
-
-    :param context: the parts of move_group.
-    """
+    """Answers with the requested parts of the scene, all of them for 0."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -69,8 +60,7 @@ class GetPlanningScene:
         with reported(self._context.logger, 'get_planning_scene', None):
             scene = await self._context.present_scene()
             response.scene = await self._context.edits.submit(
-                lambda: scene_to_message(scene, requested)
-            )
+                lambda: scene_to_message(scene, requested))
             self._add_velocities(response.scene.robot_state.joint_state)
         return response
 
@@ -88,7 +78,6 @@ class GeometryFiles:
     Files are written only below the folder of the parameter ``geometry_folder``; a path
     that is not absolute begins there.
 
-    :param context: the parts of move_group.
     :param save: which of the two services to offer.
     """
 
@@ -169,8 +158,6 @@ class SceneFrames:
     The frame of an object is ``<prefix>/<object>``; that of a subframe,
     ``<prefix>/<object>/<subframe>``, is its child. The prefix is a parameter, by default the
     node's name; '' is none. Each message holds a single transform.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -181,8 +168,7 @@ class SceneFrames:
         self._prefix = f'{prefix}/' if prefix else ''
         self._publisher = node.create_publisher(TFMessage, '/tf', qos.TF)
         self._timer = node.create_timer(
-            1.0 / max(rate, 0.1), self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+            1.0 / max(rate, 0.1), self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _publish(self) -> None:
         scene = self._context.scene.snapshot()
@@ -216,7 +202,6 @@ class ClearOctomap:
     """
     Empties the map of the scene before it answers.
 
-    :param context: the parts of move_group.
     :param forget: empties what the sensors have seen up to now.
     """
 
@@ -240,8 +225,6 @@ class MapFiles:
 
     Files are below the folder of the parameter ``geometry_folder``; a path that is not absolute
     begins there.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:

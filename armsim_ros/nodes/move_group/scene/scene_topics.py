@@ -7,11 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from builtin_interfaces.msg import Time
-from moveit_msgs.msg import (
-    AttachedCollisionObject,
-    CollisionObject,
-    PlanningSceneWorld,
-)
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningSceneWorld
 from moveit_msgs.msg import CollisionObject as CollisionObjectMessage
 from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from rclpy.clock import Clock, ClockType
@@ -72,11 +68,7 @@ class RejectedSceneChanges:
 
 
 class PlanningSceneTopics:
-    """
-    Changes the scene by message.
-
-    :param context: the parts of move_group.
-    """
+    """Changes the scene by message."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -118,11 +110,7 @@ def _apply(context: Context, read: Callable[[], SceneUpdate], source: str) -> Jo
 
 
 class CollisionObjectTopic:
-    """
-    Adds, removes, extends and moves objects of the world.
-
-    :param context: the parts of move_group.
-    """
+    """Adds, removes, extends and moves objects of the world."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -137,11 +125,7 @@ class CollisionObjectTopic:
 
 
 class AttachedCollisionObjectTopic:
-    """
-    Attaches objects to links and detaches them.
-
-    :param context: the parts of move_group.
-    """
+    """Attaches objects to links and detaches them."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -161,8 +145,6 @@ class AttachHint:
     Checks every object that is attached without touch_links.
 
     Nothing is exempted silently: the object counts as touching until the client allows it.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -208,8 +190,6 @@ class MonitoredPlanningScene:
     out at once, so that a program that moves the arm by it, such as servo_node, has it; motion
     goes out some times a second, and so do octomaps. No message is made while there is no
     subscription.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -217,8 +197,7 @@ class MonitoredPlanningScene:
         self._context = context
         self._parameters = context.planning_parameters
         self._publisher = context.node.create_publisher(
-            PlanningSceneMessage, TOPIC, QoSProfile(depth=DEPTH)
-        )
+            PlanningSceneMessage, TOPIC, QoSProfile(depth=DEPTH))
         self._published: PlanningScene | None = None
         self._pending: Future | None = None
         self._asked = False
@@ -284,8 +263,7 @@ class MonitoredPlanningScene:
         if requested.publish_state_updates and (before.q != now.q).any():
             changed = True
             message.robot_state = robot_state_to_message(
-                now.kinematic_model.positions(now.q), now.model_frame, is_diff=True
-            )
+                now.kinematic_model.positions(now.q), now.model_frame, is_diff=True)
         if requested.publish_geometry_updates and any(
             getattr(before.content, part) is not getattr(now.content, part) for part in GEOMETRY
         ):

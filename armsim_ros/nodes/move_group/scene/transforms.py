@@ -64,8 +64,7 @@ class Transforms:
         self._roots = {context.robot.root_link, context.robot.model_frame}
         self._received: dict[str, FixedFrame] = {}
         static = QoSProfile(
-            depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
-        )
+            depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability)
         context.subscribe(TFMessage, '/tf_static', self._receive, static)
         if moving:
             self.follow_moving()

@@ -64,7 +64,6 @@ class GoalServer(ABC):
     It only carries messages. The end of a goal comes from the loop's thread through the
     dispatcher and resumes a coroutine that waits in the executor.
 
-    :param node: the controller's node.
     :param kind: the action type.
     :param name: the action's name.
     """
@@ -145,9 +144,7 @@ class GoalServer(ABC):
         self._running[bytes(handle.goal_id.uuid)] = running
         handle.execute()
         # Called in the loop's thread, or here and now where the goal has ended already.
-        running.goal.add_done_callback(
-            lambda _: self._dispatcher.post(lambda: self._end(running))
-        )
+        running.goal.add_done_callback(lambda _: self._dispatcher.post(lambda: self._end(running)))
 
     def _end(self, running: RunningGoal) -> None:
         if not running.done.done():
@@ -186,7 +183,6 @@ class RejectedGoals:
     """
     Publishes why a goal or trajectory was refused; an action's rejection has no room for it.
 
-    :param node: the controller's node.
     :param profile: how long a reason is there for late subscribers, among others.
     """
 
@@ -202,11 +198,7 @@ _MOVING = (GoalStatus.EXECUTING, GoalStatus.CANCELING)
 
 
 class FollowJointTrajectoryServer(GoalServer):
-    """
-    The action server of a trajectory controller.
-
-    :param node: the controller's node.
-    """
+    """The action server of a trajectory controller."""
 
     def __init__(
         self, node: Node, controller: JointTrajectoryController, dispatcher: Dispatcher
@@ -217,11 +209,7 @@ class FollowJointTrajectoryServer(GoalServer):
         super().__init__(node, dispatcher, FollowJointTrajectory, '~/follow_joint_trajectory')
 
     def publish_feedback(self, time_ns: int) -> None:
-        """
-        Publish feedback of the active goal, if it is due.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish feedback of the active goal, if it is due."""
         for running in self.running:
             if running.goal.status not in _MOVING or time_ns < running.next_feedback_ns:
                 continue
@@ -247,51 +235,32 @@ class FollowJointTrajectoryServer(GoalServer):
     def _result(self, goal: TrajectoryGoal) -> FollowJointTrajectory.Result:
         assert goal.result is not None
         return FollowJointTrajectory.Result(
-            error_code=int(goal.result.code), error_string=goal.result.message
-        )
+            error_code=int(goal.result.code), error_string=goal.result.message)
 
     def _aborted(self, sentence: str) -> FollowJointTrajectory.Result:
         return FollowJointTrajectory.Result(
-            error_code=FollowJointTrajectory.Result.INVALID_GOAL, error_string=sentence
-        )
+            error_code=FollowJointTrajectory.Result.INVALID_GOAL, error_string=sentence)
 
 
-class QueryStateService:
-    """
-    Answers with the reference at a given time.
-
-    :param node: the controller's node.
-    """
-
-    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        self._controller = controller
-        self._service = node.create_service(
-            QueryTrajectoryState, '~/query_state', self._answer
-        )
-
-    def _answer(
-        self, request: QueryTrajectoryState.Request, response: QueryTrajectoryState.Response
-    ) -> QueryTrajectoryState.Response:
-        result = self._controller.query_state(ns_from_time(request.time))
-        response.success = result.success
-        response.message = result.message
-        response.name = list(result.names)
-        response.position = result.positions.tolist()
-        response.velocity = result.velocities.tolist()
-        response.acceleration = result.accelerations.tolist()
-        return response
+def answer_query(
+    controller: JointTrajectoryController,
+    request: QueryTrajectoryState.Request, response: QueryTrajectoryState.Response,
+) -> QueryTrajectoryState.Response:
+    """Answer with the reference at a given time."""
+    result = controller.query_state(ns_from_time(request.time))
+    response.success = result.success
+    response.message = result.message
+    response.name = list(result.names)
+    response.position = result.positions.tolist()
+    response.velocity = result.velocities.tolist()
+    response.acceleration = result.accelerations.tolist()
+    return response
 
 
 class GripperCommandServer(GoalServer):
-    """
-    The action server of a position or effort gripper; no feedback, as in the reference.
+    """The action server of a position or effort gripper; no feedback, as in the reference."""
 
-    :param node: the controller's node.
-    """
-
-    def __init__(
-        self, node: Node, controller: GripperController, dispatcher: Dispatcher
-    ) -> None:
+    def __init__(self, node: Node, controller: GripperController, dispatcher: Dispatcher) -> None:
         self._controller = controller
         super().__init__(node, dispatcher, GripperCommand, '~/gripper_cmd')
 
@@ -315,11 +284,7 @@ class GripperCommandServer(GoalServer):
 
 
 class ParallelGripperCommandServer(GoalServer):
-    """
-    The action server of a parallel gripper; no feedback, as in the reference.
-
-    :param node: the controller's node.
-    """
+    """The action server of a parallel gripper; no feedback, as in the reference."""
 
     def __init__(
         self, node: Node, controller: ParallelGripperController, dispatcher: Dispatcher
@@ -330,8 +295,7 @@ class ParallelGripperCommandServer(GoalServer):
     def _send(self, request: ParallelGripperCommand.Goal) -> Any:
         command = request.command
         return self._controller.send_goal(
-            list(command.position), list(command.velocity), list(command.effort)
-        ).goal
+            list(command.position), list(command.velocity), list(command.effort)).goal
 
     def _cancel_goal(self, goal: Any) -> bool:
         return self._controller.cancel(goal)
@@ -344,8 +308,7 @@ class ParallelGripperCommandServer(GoalServer):
             effort=[goal.result.effort],
         )
         return ParallelGripperCommand.Result(
-            state=state, stalled=goal.result.stalled, reached_goal=goal.result.reached_goal
-        )
+            state=state, stalled=goal.result.stalled, reached_goal=goal.result.reached_goal)
 
     def _aborted(self, sentence: str) -> ParallelGripperCommand.Result:
         return ParallelGripperCommand.Result()  # it has no room for a sentence

@@ -45,8 +45,6 @@ class ComplianceTopics:
     ``target_pose``, ``target_joint``, ``target_wrench`` and what the parameters name.
 
     A target topic with several publishers is ignored, so that no two programs pull at the arm.
-
-    :param node: the controller's node.
     """
 
     def __init__(self, node: Node, controller: ComplianceController[Any]) -> None:
@@ -61,8 +59,7 @@ class ComplianceTopics:
                         self._stiffness)
         if isinstance(controller, CartesianAdmittanceController):
             self._subscriptions.append(node.create_subscription(
-                WrenchStamped, controller.parameters.ft_sensor.topic, self._measured,
-                qos.COMMAND))
+                WrenchStamped, controller.parameters.ft_sensor.topic, self._measured, qos.COMMAND))
             self._subscribe(
                 Float64MultiArray, controller.parameters.variable_admittance_stiffness.topic,
                 self._yielding_stiffness)
@@ -79,6 +76,9 @@ class ComplianceTopics:
 
         self._subscriptions.append(
             self._node.create_subscription(kind, topic, checked, qos.COMMAND))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish nothing: the broadcasters show where the arm is."""
 
     def _pose(self, message: PoseStamped) -> None:
         self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
@@ -100,11 +100,7 @@ class ComplianceTopics:
 
 
 class NetForceTopics:
-    """
-    Targets and feedback of FZI's cartesian_controllers, below the controller's name.
-
-    :param node: the controller's node.
-    """
+    """Targets and feedback of FZI's cartesian_controllers, below the controller's name."""
 
     def __init__(self, node: Node, controller: NetForceController[Any]) -> None:
         self._controller = controller
@@ -124,7 +120,7 @@ class NetForceTopics:
     def _take_pose(self, message: PoseStamped) -> None:
         self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
 
-    def publish(self) -> None:
+    def publish(self, _: int) -> None:
         """Publish where the internal model is, if it is requested."""
         feedback = self._controller.feedback()
         if feedback is None or not self._controller.parameters.solver.publish_state_feedback:

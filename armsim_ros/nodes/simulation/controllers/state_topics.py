@@ -15,7 +15,6 @@ from control_msgs.msg import (
     MultiDOFCommand,
     MultiDOFStateStamped,
     SingleDOFState,
-    SpeedScalingFactor,
 )
 from geometry_msgs.msg import WrenchStamped
 import numpy as np
@@ -23,7 +22,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateLayout,
@@ -45,17 +44,12 @@ from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
     fill_controller_state,
     serialized_joint_state,
-    trajectory_from_message,
 )
 from armsim_ros.nodes.qos import CalmSubscribers, WantedPublisher
 
 
 class Commands:
-    """
-    Passes commands to a forward controller; the events report why a command is dropped.
-
-    :param node: the controller's node.
-    """
+    """Passes commands to a forward controller; the events report why a command is dropped."""
 
     def __init__(self, node: Node, controller: ForwardController) -> None:
         self._controller = controller
@@ -75,39 +69,8 @@ class Commands:
     def _receive_one(self, message: Float64) -> None:
         self._controller.receive((message.data,))
 
-
-class JointTrajectorySubscription:
-    """
-    Takes trajectories without a goal; the controller's events report why a trajectory is refused.
-
-    :param node: the controller's node.
-    """
-
-    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        self._controller = controller
-        self._subscription = node.create_subscription(
-            JointTrajectory, '~/joint_trajectory', self._receive, qos.COMMAND
-        )
-
-    def _receive(self, message: JointTrajectory) -> None:
-        self._controller.set_trajectory(trajectory_from_message(message))
-
-
-class SpeedScalingInput:
-    """
-    Takes the pace of trajectories; volatile and best effort, so that every publisher matches.
-
-    :param node: the controller's node.
-    """
-
-    def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
-        self._controller = controller
-        self._subscription = node.create_subscription(
-            SpeedScalingFactor, '~/speed_scaling_input', self._receive, qos.COMMAND
-        )
-
-    def _receive(self, message: SpeedScalingFactor) -> None:
-        self._controller.set_speed_scaling(message.factor)
+    def publish(self, time_ns: int) -> None:
+        """Publish nothing: such a controller has no state."""
 
 
 class ControllerStatePublisher:
@@ -116,8 +79,6 @@ class ControllerStatePublisher:
 
     The rate is the parameter ``state_publish_rate``; the reference implementation publishes at
     every update, which at the rate of our physics would be more than any client reads.
-
-    :param node: the controller's node.
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
@@ -125,15 +86,10 @@ class ControllerStatePublisher:
         self._message = JointTrajectoryControllerState()
         self._published = -1
         self._publisher = WantedPublisher(
-            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE
-        )
+            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE)
 
     def publish_if_due(self, time_ns: int) -> None:
-        """
-        Publish the latest state if it is due and there was an update since the last state.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish the latest state if it is due and there was an update since the last state."""
         if not self._controller.active or not self._controller.publish_due(time_ns):
             return
         if not self._publisher.wanted(time_ns):
@@ -146,11 +102,7 @@ class ControllerStatePublisher:
 
 
 class PidTopics:
-    """
-    Passes references to the controller and publishes its state.
-
-    :param node: the controller's node.
-    """
+    """Passes references to the controller and publishes its state."""
 
     def __init__(self, node: Node, controller: PidController) -> None:
         self._controller = controller
@@ -247,11 +199,7 @@ OFFSET = 'admittance_offset'
 
 
 class AdmittanceTopics:
-    """
-    Passes references to the controller and publishes its state.
-
-    :param node: the controller's node.
-    """
+    """Passes references to the controller and publishes its state."""
 
     def __init__(self, node: Node, controller: AdmittanceController) -> None:
         self._controller = controller

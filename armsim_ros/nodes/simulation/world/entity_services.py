@@ -177,12 +177,7 @@ LONGEST_TEXT, MOST_TAGS = 10_000, 100
 
 
 class EntityServices:
-    """
-    Answers about entities, each consistent with a single moment between two ticks.
-
-    :param node: the node that serves.
-    :param work: reaches the loop.
-    """
+    """Answers about entities, each consistent with a single moment between two ticks."""
 
     def __init__(self, node: Node, work: Work, entities: Entities) -> None:
         self._work = work
@@ -227,8 +222,7 @@ class EntityServices:
         def put() -> None:
             entities = self._entities
             entities.state(request.entity)  # an unknown entity is reported first
-            entities.set_state(
-                request.entity, given_state(request.state, entities.frame_pose))
+            entities.set_state(request.entity, given_state(request.state, entities.frame_pose))
 
         try:
             await self._work.beside(lambda: self._work.wait_for_loop(put))

@@ -79,7 +79,6 @@ class SimulatorFeatures:
     """
     Lists what this simulator can do.
 
-    :param node: the node that serves.
     :param timestep: of the physics [s].
     :param lockstep: whether time moves by steps alone; only then can it be reset.
     """
@@ -173,8 +172,7 @@ class WorldServer:
         #: Suction cup -> what switches it.
         self.cups = {server.control.gripper.name: server.control for server in grippers_of_robots}
         self._finger_topics = [
-            GripperContacts(
-                node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
+            GripperContacts(node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
             for robot in cell.robots for gripper in grippers[robot.name]
         ]
         if WrenchServer is not None:
@@ -184,8 +182,7 @@ class WorldServer:
             EntityServices(node, work, self.entities),
             Spawning(node, work, self.entities, resources),
             Worlds(node, work, self.entities, resources, self.state, self.resetting),
-            SimulationStateServices(
-                node, self.state, self.resetting, dispatcher, quit_program),
+            SimulationStateServices(node, self.state, self.resetting, dispatcher, quit_program),
             Stepping(node, work, self.state, publish, settle),
             SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic),
         )

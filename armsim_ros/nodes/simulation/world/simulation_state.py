@@ -90,7 +90,6 @@ class Resetting:
     """
     Takes robots and world back to the start while everything runs.
 
-    :param node: the node that serves.
     :param work: makes changes beside the loop.
     :param resets_time: whether it can begin at 0 again.
     """
@@ -199,7 +198,6 @@ class SimulationStateServices:
     """
     Pause, play, stop and quit.
 
-    :param node: the node that serves.
     :param resetting: takes everything to the start for a stop.
     :param quit_program: ends the program.
     """
@@ -271,8 +269,6 @@ class Stepping:
     """
     Steps the paused simulation by whole steps of the physics.
 
-    :param node: the node that serves.
-    :param work: reaches the loop.
     :param publish: hands over what belongs to the present time, /clock too; called between two
         ticks.
     :param settle: called after that; steps are answered when it is done.
@@ -286,8 +282,7 @@ class Stepping:
         self._state = state
         self._publish, self._settle = publish, settle
         group = ReentrantCallbackGroup()
-        node.create_service(StepSimulation, '/step_simulation', self._step,
-                            callback_group=group)
+        node.create_service(StepSimulation, '/step_simulation', self._step, callback_group=group)
         self._server = ActionServer(
             node,
             SimulateSteps,

@@ -41,11 +41,7 @@ from armsim_ros.nodes.simulation.world.simulation_state import Resetting, RunSta
 from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME, Ground
 from armsim_ros.sim.world.entities import Entities, object_bounds, WORLD_FRAME
 from armsim_ros.sim.world.world_scene import OverlapError
-from armsim_ros.sim.world_files.loaded import (
-    LoadedWorld,
-    ResourceFaultError,
-    told_of,
-)
+from armsim_ros.sim.world_files.loaded import LoadedWorld, ResourceFaultError, told_of
 from armsim_ros.sim.world_files.resources import WorldResources
 
 LONGEST_NAME = 200
@@ -78,7 +74,6 @@ class Spawning:
     """
     Adds and removes entities while everything runs.
 
-    :param node: the node that serves.
     :param work: makes changes beside the loop.
     :param resources: reads what is spawned.
     """
@@ -217,7 +212,6 @@ class Worlds:
     """
     Replaces the world around the robots.
 
-    :param node: the node that serves.
     :param work: makes changes beside the loop.
     :param resources: finds and reads worlds.
     :param resetting: notifies of a new world.
@@ -285,8 +279,7 @@ class Worlds:
                     request.uri, request.resource_string,
                     ignore_assets=request.ignore_missing_or_unsupported_assets))
         except ResourceFaultError as error:
-            refuse(response.result, getattr(LoadWorld.Response, error.fault.name),
-                   str(error))
+            refuse(response.result, getattr(LoadWorld.Response, error.fault.name), str(error))
             return
         if world.unused and request.fail_on_unsupported_element:
             refuse(response.result, LoadWorld.Response.UNSUPPORTED_ELEMENTS,
@@ -319,12 +312,10 @@ class Worlds:
     async def _exchange(self, world: LoadedWorld) -> None:
         """Replace the current world; if that fails, the old world stays."""
         def change() -> None:
-            taken = [item.name for item in world.items
-                     if self._entities.is_robot(item.name)]
+            taken = [item.name for item in world.items if self._entities.is_robot(item.name)]
             if taken:
                 raise SimulationError(f"the world has an object '{taken[0]}', as a robot is named")
-            edit = self._entities.stage_load(
-                world.items, Ground(world.floor, world.gravity))
+            edit = self._entities.stage_load(world.items, Ground(world.floor, world.gravity))
 
             def between_ticks() -> None:
                 self._entities.load(edit)

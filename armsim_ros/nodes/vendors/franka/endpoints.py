@@ -47,8 +47,7 @@ class FrankaEndpoints(Endpoints):
             callback_group=ReentrantCallbackGroup(), **qos.ACTION_SERVICES)
         ParameterServices(nodes, self._joints, self._parameters)
         end = nodes.arm.vendor.finger
-        finger = next((name for name in nodes.robot.model.active_joints
-                       if name.endswith(end)), '')
+        finger = next((name for name in nodes.robot.model.active_joints if name.endswith(end)), '')
         if finger:
             name = nodes.arm.settings.gripper or f'{finger.removesuffix(end)}_gripper'
             self._gripper = Gripper(nodes, finger, name)

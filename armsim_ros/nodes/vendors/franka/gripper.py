@@ -59,8 +59,7 @@ class HandAction(GoalServer):
         return self._hand.cancel(goal)
 
     def _result(self, goal: HandGoal) -> Any:
-        return self._kind.Result(
-            success=goal.status is GoalStatus.SUCCEEDED, error=goal.error)
+        return self._kind.Result(success=goal.status is GoalStatus.SUCCEEDED, error=goal.error)
 
     def _aborted(self, sentence: str) -> Any:
         return self._kind.Result(success=False, error=sentence)
@@ -85,7 +84,6 @@ class Gripper:
     The node of a hand.
 
     :param joint: of the finger that the other one mimics.
-    :param name: of the node.
     """
 
     def __init__(self, nodes: ArmNodes, joint: str, name: str) -> None:
@@ -97,8 +95,7 @@ class Gripper:
         for parameter in EPSILONS:
             node.declare_parameter(parameter, EPSILON)
         node.declare_parameter('default_speed', SPEED)
-        fingers = [name for name in model.movable_joints
-                   if model.driver_of(name)[0].name == joint]
+        fingers = [name for name in model.movable_joints if model.driver_of(name)[0].name == joint]
         self._states = JointState(name=fingers)
         for field in ('velocity', 'effort'):
             setattr(self._states, field, [0.0] * len(fingers))

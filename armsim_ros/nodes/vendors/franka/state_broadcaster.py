@@ -88,7 +88,6 @@ class StateTopics:
     """
     The topics of a ``franka_robot_state_broadcaster/FrankaRobotStateBroadcaster``.
 
-    :param node: the controller's node.
     :param joints: (n,) of the arm.
     """
 
@@ -139,8 +138,7 @@ class StateTopics:
         nodes, places = self._nodes, self._places
         hardware = nodes.manager.hardware
         if self._loads is None:
-            self._loads = ExternalLoads(
-                nodes.loop.simulation, hardware.joint_names, nodes.robot)
+            self._loads = ExternalLoads(nodes.loop.simulation, hardware.joint_names, nodes.robot)
         state, command, given = hardware.state, hardware.command, hardware.feedforward
         effort = np.where(np.isfinite(command.effort), command.effort, 0.0)
         desired = np.where(np.isfinite(command.position), command.position, state.position)

@@ -247,8 +247,7 @@ class Dashboard:
             response.answer = f"could not understand: '{query}'"
 
 
-def _answer(text: Callable[[], str], fill: Callable[[Any], object], _: Any,
-            response: Any) -> None:
+def _answer(text: Callable[[], str], fill: Callable[[Any], object], _: Any, response: Any) -> None:
     response.success, response.answer = True, text()
     fill(response)
 
@@ -301,8 +300,7 @@ class StateHelper:
             handle.abort()
         else:
             handle.succeed()
-        return SetMode.Result(
-            success=not refusal, message=refusal or 'Reached target robot mode.')
+        return SetMode.Result(success=not refusal, message=refusal or 'Reached target robot mode.')
 
     async def _reach(self, handle: ServerGoalHandle) -> str:
         """Bring the arm into the mode of a goal; return why it is not there."""

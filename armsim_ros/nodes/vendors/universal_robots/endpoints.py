@@ -21,11 +21,7 @@ TIMEOUT_NS = 1_000_000_000
 
 
 class Freedrive:
-    """
-    The topic of a ``ur_controllers/FreedriveModeController``.
-
-    :param node: the controller's node.
-    """
+    """The topic of a ``ur_controllers/FreedriveModeController``."""
 
     def __init__(self, nodes: ArmNodes, controller: Controller[Any], node: Node) -> None:
         self._nodes, self._controller = nodes, controller

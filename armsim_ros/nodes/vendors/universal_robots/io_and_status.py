@@ -30,11 +30,7 @@ INPUT = 'io.'
 
 
 class IoAndStatus:
-    """
-    Topics and services of a ``ur_controllers/GPIOController``.
-
-    :param node: the controller's node.
-    """
+    """Topics and services of a ``ur_controllers/GPIOController``."""
 
     def __init__(self, nodes: ArmNodes, controller: Controller[Any], node: Node) -> None:
         self._nodes, self._arm, self._controller = nodes, nodes.arm, controller

@@ -14,13 +14,7 @@ from moveit_msgs.msg import PlanningSceneComponents
 from moveit_msgs.srv import GetPlanningScene
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.clients.description import (
-    bounds,
-    link_pose,
-    moved_links,
-    position_of,
-    tip_of,
-)
+from armsim_ros.clients.description import bounds, link_pose, moved_links, position_of, tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.web.page import Page, Part, Session

@@ -88,9 +88,7 @@ class RobotPart(Part):
         self._tf_static = page.link.poll(TFMessage, '/tf_static', _TF_STATIC)
         for topic, kind in (('/robot_description', 'urdf'),
                             ('/robot_description_semantic', 'srdf')):
-            page.link.subscribe(
-                String, topic, qos.DESCRIPTION,
-                partial(self._heard, kind))
+            page.link.subscribe(String, topic, qos.DESCRIPTION, partial(self._heard, kind))
         page.link.prepare(GetParameters, '/move_group/get_parameters')
 
     def _heard(self, kind: str, message: String) -> None:

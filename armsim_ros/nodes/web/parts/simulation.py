@@ -159,8 +159,7 @@ class SimulationPart(Part):
         request = GetEntitiesStates.Request()
         request.filters.categories = _OBJECTS
         try:
-            answer = await self.page.call(
-                GetEntitiesStates, '/get_entities_states', request, 2.0)
+            answer = await self.page.call(GetEntitiesStates, '/get_entities_states', request, 2.0)
         except ArmsimError:
             return []
         names = list(answer.entities)[:_MOST_ENTITIES]

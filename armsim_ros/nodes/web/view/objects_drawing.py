@@ -15,13 +15,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_from_quat_xyzw, quat_wxyz_from_matrix
-from armsim_ros.nodes.web.view.shapes import (
-    Color,
-    PLANE_SIZE,
-    rgb,
-    ShapeReader,
-    Surface,
-)
+from armsim_ros.nodes.web.view.shapes import Color, PLANE_SIZE, rgb, ShapeReader, Surface
 
 #: What has no colour of its own: world objects, and attached ones.
 WORLD_COLOR, ATTACHED_COLOR = (102, 178, 118), (176, 122, 214)
