@@ -250,6 +250,9 @@ class Followed:
     :param position: (n,) those that follow positions; ``velocity`` and ``effort`` likewise.
     :param velocity_given: (n,) whose velocities are claimed, beside positions or alone.
     :param effort_added: (n,) whose effort adds to the torque of following positions.
+    :param only_positions: whether all follow positions.
+    :param only_references: whether nothing but positions is claimed, so that what else is known
+        of the reference comes as feed-forward.
     """
 
     claims: tuple[frozenset[str], ...]
@@ -258,6 +261,8 @@ class Followed:
     effort: Mask
     velocity_given: Mask
     effort_added: Mask
+    only_positions: bool
+    only_references: bool
 
     @classmethod
     def of(cls, joints: Sequence[str], claimed: Mapping[str, frozenset[str]]) -> Followed:
@@ -269,14 +274,37 @@ class Followed:
         claims = tuple(claimed.get(name, frozenset()) for name in joints)
         modes = np.array([mode_of(*pair) for pair in zip(joints, claims, strict=True)],
                          dtype=np.int64)
+        position = modes == Mode.POSITION
+        velocity_given = np.array([VELOCITY in claim for claim in claims], dtype=np.bool_)
+        effort_added = np.array([claim == {POSITION, EFFORT} for claim in claims], dtype=np.bool_)
         return cls(
-            claims,
-            modes == Mode.POSITION,
-            modes == Mode.VELOCITY,
-            modes == Mode.EFFORT,
-            np.array([VELOCITY in claim for claim in claims], dtype=np.bool_),
-            np.array([claim == {POSITION, EFFORT} for claim in claims], dtype=np.bool_),
-        )
+            claims, position, modes == Mode.VELOCITY, modes == Mode.EFFORT, velocity_given,
+            effort_added, bool(position.all()), bool(position.all() and not velocity_given.any()))
+
+    def references(
+        self, command: JointArrays, feedforward: JointArrays, target: Vector, steps: int
+    ) -> tuple[Vector, Vector, Vector]:
+        """
+        Return positions, velocities and accelerations at the end of a period, NaN where not known.
+
+        :param target: (n,) for joints without a position command [rad or m].
+        :param steps: physics steps in the period; for a single one only the position counts.
+        """
+        requested, follows = command.position, self.position
+        if self.only_positions and float(requested.dot(requested)) < np.inf:
+            target = requested.copy()
+            if self.only_references:
+                return target, feedforward.velocity, feedforward.acceleration
+        else:
+            follows = follows & np.isfinite(requested)
+            target = np.where(follows, requested, target)
+        if steps == 1:
+            return target, feedforward.velocity, feedforward.acceleration
+        velocity, acceleration = (
+            np.where(follows, np.where(self.velocity_given, given, known), np.nan)
+            for given, known in ((command.velocity, feedforward.velocity),
+                                 (command.acceleration, feedforward.acceleration)))
+        return target, velocity, acceleration
 
     def changed(self, other: Followed) -> Mask:
         """Return which joints (n,) have other claims than there."""

@@ -12,72 +12,8 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.sim.drives.period import product
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
-
-
-class PeriodBasis:
-    """
-    What the steps of a period make of its features.
-
-    Features are rows (5, n): the reference at its start, the factors of s, s^2 and s^3 with s from
-    0 to 1 over the period, and the velocity before its first step. Velocities and accelerations
-    are the differences of the references. All products are MuJoCo's: the bytes of numpy's differ
-    between its versions.
-
-    :param steps: physics steps in the period.
-    :param timestep: of each [s].
-    :param implicit: whether damping counts the velocity at a step's end, not at its start.
-    """
-
-    def __init__(self, steps: int, timestep: float, *, implicit: bool) -> None:
-        self.steps = steps
-        s = np.arange(steps + 1) / steps
-        self._share = s[:-1]
-        powers = np.stack((np.ones_like(s), s, s * s, s * s * s, np.zeros_like(s)), axis=1)
-        velocities = np.empty_like(powers)
-        velocities[0] = 0.0, 0.0, 0.0, 0.0, 1.0
-        velocities[1:] = np.diff(powers, axis=0) / timestep
-        self._accelerations = np.diff(velocities, axis=0) / timestep
-        self._motion = np.concatenate((powers, velocities))
-        damped = velocities[1:] if implicit else velocities[:-1]
-        forced = self._accelerations[:, 1:]
-        share = self._share[:, None]
-        self._inputs = np.ascontiguousarray(np.concatenate(
-            (forced, share * forced, powers[:-1, :4], damped[:, 1:], powers[:-1, :2]), axis=1))
-
-    def motion(self, features: Matrix) -> tuple[Matrix, Matrix]:
-        """Return references (k + 1, n) and velocities (k + 1, n) before each step, and after."""
-        found = product(self._motion, features)
-        return found[:self.steps + 1], found[self.steps + 1:]
-
-    def accelerations(self, features: Matrix) -> Matrix:
-        """Return the accelerations of each step (k, n)."""
-        return product(self._accelerations, features)
-
-    def inputs(
-        self, features: Matrix, first: Matrix, change: Matrix, bias: Matrix, stiffness: Vector,
-        damping: Vector,
-    ) -> Matrix:
-        """
-        Return the actuators' inputs in each step (k, n).
-
-        :param features: (5, n).
-        :param first: (4, n) the features but the first, times the inertia at the start.
-        :param change: (4, n) times the inertia at the end less that at the start.
-        :param bias: (2, n) the other forces at the start, and their change.
-        :param stiffness: (n,) of the actuators.
-        :param damping: (n,) of the actuators.
-        """
-        return product(self._inputs, np.concatenate(
-            (first, change, features[:4] * stiffness, features[1:] * damping, bias)))
-
-
-def product(left: Matrix, right: Matrix) -> Matrix:
-    """Return the product of two matrices, with the same bytes everywhere."""
-    found = np.empty((left.shape[0], right.shape[1]))
-    mujoco.mju_mulMatMat(found, np.ascontiguousarray(left), right)
-    return found
-
 
 #: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].
 LONGEST_STRIDE = 10

@@ -1,12 +1,13 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""States of a simulation: restored bit by bit, and kept to go back to when the plant runs away."""
+"""States of a simulation: its start, given, saved bit by bit, or kept for when it runs away."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 import copy
 from dataclasses import dataclass
+import hashlib
 import logging
 from typing import Any, ClassVar, TYPE_CHECKING
 
@@ -14,13 +15,16 @@ import mujoco
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.errors import SimulationError
+from armsim_ros.errors import nearest, SimulationError
 
 if TYPE_CHECKING:
+    from armsim_ros.control.hardware_interface import JointArrays
+    from armsim_ros.model.robot_model import RobotModel
     from armsim_ros.sim.clock import SimClock
     from armsim_ros.sim.drives.servo import Servo
     from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
     from armsim_ros.sim.physics.plant import Plant
+    from armsim_ros.sim.sensors import Sensors
     from armsim_ros.sim.world.world_scene import WorldScene
 
 #: How much of an ``MjData`` is awake; its pickle has it not.
@@ -99,9 +103,12 @@ class SimulationState:
     time: tuple[int, int]
 
 
-class SavableSimulation:
-    """The part of a simulation that saves and restores it."""
+class RestorableSimulation:
+    """The part of a simulation that puts it at its start, elsewhere, or back to a state."""
 
+    model: RobotModel
+    joint_names: tuple[str, ...]
+    state: JointArrays
     clock: SimClock
     world: WorldScene
     vacuum_grippers: dict[str, VacuumGripper]
@@ -112,6 +119,10 @@ class SavableSimulation:
     _written: tuple[bytes, int]
     _plant: Plant
     _servo: Servo
+    _sensors: Sensors
+    _initial: Vector
+    _active: Any
+    _bounded: bytes
 
     def save_state(self) -> SimulationState:
         """Return all that the future depends on; between two control periods."""
@@ -152,6 +163,94 @@ class SavableSimulation:
             given.clear()
             given.update(values)
         self.clock.steps, self.clock.start_ns = saved.time
+
+    def digest(self) -> str:
+        """Return a hash of all that the future depends on: plant, drives, time."""
+        parts = hashlib.sha256(self._plant.state_bytes())
+        parts.update(self._servo.state_bytes())
+        parts.update(self._bounded)
+        parts.update(self.clock.now_ns.to_bytes(16, 'little', signed=True))
+        return parts.hexdigest()
+
+    def reset(self) -> None:
+        """Put robot and objects back to the start; time goes on, claims stay."""
+        for gripper in self.vacuum_grippers.values():
+            gripper.switch_off()
+        self._sensors.forget_zeros()
+        self.world.return_to_start()
+        self._plant.reset(self._initial)
+        self._settle_in()
+
+    def begin(self, positions: Mapping[str, float], poses: Mapping[str, Matrix]) -> None:
+        """
+        Begin anew at time 0, without compiling the physics again.
+
+        What was changed in the ``MjModel``, such as a mass, stays.
+
+        :param positions: joint -> [rad or m]; the others start as usual.
+        :param poses: free object -> where it is, (4, 4) in the world.
+        :raises SimulationError: a joint or an object that is not there.
+        """
+        for name in positions:
+            if name not in self.model.active_joints:
+                raise SimulationError(self._undriven(name))
+        start = self._initial
+        if positions:
+            known = dict(zip(self.joint_names, self._initial.tolist(), strict=True))
+            full = self.model.complete({**known, **positions})
+            start = np.array([full[name] for name in self.joint_names])
+        for gripper in self.vacuum_grippers.values():
+            gripper.switch_off()
+            gripper.losses.clear()
+        self.world.return_to_start()
+        self.clock.reset()
+        self._plant.drive(np.zeros(len(self.model.active_joints)))
+
+        def place_objects() -> None:
+            for name, pose in poses.items():
+                self.world.set_pose(name, pose)
+
+        self._plant.reset(start, place_objects)
+        self._settle_in()
+        # Nothing has acted yet, whatever the last run ended with.
+        self.state.effort[:] = self.state.acceleration[:] = 0.0
+        self._written = (b'', 0)
+
+    def recover(self) -> None:
+        """Put everything at rest where it last was stable, after ``step`` has raised."""
+        for gripper in self.vacuum_grippers.values():
+            gripper.release()
+        self._plant.restore()
+        self._settle_in()
+
+    def set_positions(self, positions: Mapping[str, float]) -> None:
+        """
+        Put joints elsewhere at once, at rest; mimic joints follow.
+
+        :param positions: joint -> [rad or m]; joints that are not there stay.
+        :raises SimulationError: a joint that is not there or that follows another.
+        """
+        for name in positions:
+            joint = self.model.joints.get(name)
+            if joint is None or not joint.active:
+                raise SimulationError(self._undriven(name))
+        now = dict(zip(self.joint_names, self.state.position, strict=True))
+        full = self.model.complete({**now, **positions})
+        self._plant.place(np.array([full[name] for name in self.joint_names]))
+        self._settle_in()
+
+    def _settle_in(self) -> None:
+        self._inputs[:8] = np.nan
+        self._plant.read()
+        self._servo.dynamics.set_gravity(self._plant.model.opt.gravity)
+        self._servo.restart(self.state.position[self._active])
+
+    def _undriven(self, name: str) -> str:
+        joint = self.model.joints.get(name)
+        if joint is not None and joint.mimic is not None:
+            return f"joint '{name}' follows '{joint.mimic.joint}' and cannot be driven itself"
+        hint = nearest(name, self.model.active_joints) or ', '.join(self.model.active_joints)
+        return f"robot '{self.model.name}' has no joint '{name}' that can be driven; {hint}"
 
 
 #: No joint of a robot moves as fast [rad/s or m/s].
