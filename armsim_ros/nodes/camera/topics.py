@@ -203,11 +203,7 @@ _PERIOD = 1.0
 
 
 class RenderingDiagnostics:
-    """
-    Publishes whether pictures are drawn, and how quickly.
-
-    :param node: the node that publishes; its clock is read.
-    """
+    """Publishes whether pictures are drawn, and how quickly."""
 
     def __init__(self, node: PollingNode) -> None:
         self._node = node

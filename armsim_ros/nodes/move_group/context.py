@@ -43,7 +43,6 @@ class Context:
     changes the scene and writes it into messages. Planning and queries have each a planner
     (with a collision checker) of their own and work on snapshots of the scene.
 
-    :param scene: the monitored scene.
     :param planning_parameters: from the robot's files and the command line.
     :param ownership: knows what of the scene belongs to a simulated world.
     :param execution_settings: may be replaced while the program runs.
@@ -141,7 +140,6 @@ def reported(logger: Any, source: str, error_code: MoveItErrorCodes | None) -> I
     """
     Turn exceptions raised inside into the error code of an answer.
 
-    :param logger: of the node.
     :param source: the endpoint, where the error does not name a stage itself.
     :param error_code: to be filled; None for an answer without.
     """

@@ -100,11 +100,7 @@ class SimulationSync:
 
 
 class Descriptions:
-    """
-    Publishes a description whose parameter ``publish_...`` is true, as upstream does.
-
-    :param context: has node and robot.
-    """
+    """Publishes a description whose parameter ``publish_...`` is true, as upstream does."""
 
     def __init__(self, context: Context) -> None:
         robot, node = context.robot, context.node
@@ -120,12 +116,7 @@ DEFAULT_JOINT_STATES = 'joint_states'
 
 
 class MoveGroup:
-    """
-    Every endpoint of the program.
-
-    :param executor: the executor that spins the node.
-    :param cell: the robot, or all robots of a cell.
-    """
+    """Every endpoint of the program."""
 
     def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
@@ -188,9 +179,6 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     """
     Return scene, planners, state monitor and workers for the robot of a node.
 
-    :param node: subscribes to the joint states.
-    :param executor: the executor that spins the node.
-    :param cell: the robot, or all robots of a cell.
     :raises ConfigError: a parameter of the node is wrong.
     """
     settings = cell.settings

@@ -90,8 +90,6 @@ class StreamClock:
     A simulation that runs in real time keeps the wall clock's time; then the wall clock is
     read, which is finer than /clock. Otherwise, as in a pause, /clock is, which is subscribed
     to only then: stamps of joint states show as well that time is what it seems.
-
-    :param node: whose time it is.
     """
 
     def __init__(self, node: PollingNode) -> None:
@@ -133,7 +131,6 @@ class SceneFollower:
     """
     Keeps a scene equal to that of the node that serves ``get_planning_scene``.
 
-    :param scene: is changed.
     :param topic: of the changes.
     :param serves: serve the scene from here where no other node does.
     """

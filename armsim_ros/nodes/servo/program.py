@@ -47,7 +47,6 @@ class ServoNode:
     """
     Every endpoint of the program, and the thread that streams.
 
-    :param cell: the robot, or all robots of a cell.
     :raises ServoSettingsError: the parameters do not fit each other or the robot; all errors.
     """
 

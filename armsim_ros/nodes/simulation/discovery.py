@@ -24,12 +24,7 @@ _PERIOD, _TRIES = 0.005, 100
 
 
 class ClientDiscovery:
-    """
-    Compares a service's discovered request writers and reply readers.
-
-    :param node: the node with the service.
-    :param service: its name.
-    """
+    """Compares a service's discovered request writers and reply readers."""
 
     def __init__(self, node: Node, dispatcher: Dispatcher, service: str) -> None:
         self._node = node

@@ -56,7 +56,6 @@ class OctomapWait:
     """
     Waits until move_group has added to its octomap what cameras have published.
 
-    :param node: has the client.
     :param pictures: returns how many pictures were published up to now.
     :param sync: publishes the present joint states, without which a picture is not placed.
     """

@@ -101,9 +101,6 @@ class RobotNodes:
     """
     The nodes of a robot and their endpoints.
 
-    :param manager: its controller manager.
-    :param loop: runs all managers.
-    :param executor: serves the nodes.
     :param faults: makes joints fail, where that is possible.
     :param time: makes the nodes, and sets their clocks.
     """

@@ -31,7 +31,6 @@ class ToldNode(GuardedNode):
     an action server, which at the rate of ``/clock`` would take most of a processor.
 
     :param now: returns the simulation's time [ns].
-    :param options: those of ``rclpy.node.Node``.
     """
 
     def __init__(self, name: str, now: Callable[[], int], **options: Any) -> None:
@@ -79,11 +78,7 @@ class SimTime:
         self._nodes: dict[ToldNode, None] = {}
 
     def node(self, name: str, **options: Any) -> ToldNode:
-        """
-        Create a node.
-
-        :param options: those of ``rclpy.node.Node``.
-        """
+        """Create a node."""
         parameter = Parameter('use_sim_time', value=self._used)
         node = ToldNode(name, lambda: self.now(), parameter_overrides=[parameter], **options)
         self._nodes[node] = None

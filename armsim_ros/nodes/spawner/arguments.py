@@ -43,7 +43,6 @@ class SpawnerRequest:
     """
     All that the spawner is to do.
 
-    :param options: those that hold for all controllers.
     :param ignored: words that mean nothing.
     """
 

@@ -46,7 +46,6 @@ class ManagerClient(ControllerManagerClient):
 
     All that the manager refuses raises a ControllerError.
 
-    :param client: the program's node.
     :param manager: the manager's name, absolute or relative to the namespace.
     :param call_timeout: [s] for an answer.
     :param namespace: '' is that of the node.

@@ -201,7 +201,6 @@ class RobotStatePublisher:
     All parameters can be changed while it runs; a new description replaces the robot, and static
     transforms of earlier ones stay, as tf2's broadcaster keeps them.
 
-    :param node: the node, without these parameters.
     :param urdf: the description where no parameter gives it.
     :param fixed: further static transforms.
     :raises ConfigError: a parameter is wrong, or the description is missing or not a URDF.

@@ -203,11 +203,7 @@ class Joystick:
 
 
 class JoyTopic:
-    """
-    The last message of a topic.
-
-    :param client: subscribes.
-    """
+    """The last message of a topic."""
 
     def __init__(self, client: RosClient) -> None:
         self._message, self._received = Joy(), 0.0

@@ -72,7 +72,6 @@ class Leader:
     """
     The joints of a leader.
 
-    :param client: subscribes.
     :param topic: of its joint states.
     :param joints: what it needs to have.
     :param patience: for the first message [s].

@@ -46,7 +46,6 @@ def move_group(argv: Sequence[str] | None = None) -> int:
     """
     Run move_group for the robot that parameters or topics describe.
 
-    :param argv: the words that the upstream program would get.
     :returns: the exit status of move_group.
     """
     return _run('move_group', robot_program.move_group, move_group_words, argv)
@@ -56,7 +55,6 @@ def servo_node(argv: Sequence[str] | None = None) -> int:
     """
     Run servo_node for the robot that parameters or topics describe.
 
-    :param argv: the words that the upstream program would get.
     :returns: the exit status of servo_node.
     """
     return _run('servo_node', robot_program.servo_node, servo_words, argv)
@@ -141,7 +139,6 @@ def ros2_control_node(argv: Sequence[str] | None = None) -> int:
     """
     Run the simulation of the robot that a parameter or topic describes.
 
-    :param argv: the words that the upstream program would get.
     :returns: the exit status of the simulation.
     """
     from armsim_ros.nodes.robot_program import simulation

@@ -28,7 +28,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Publish a transform until SIGINT or SIGTERM.
 
-    :param argv: the words that the upstream program would get.
     :returns: 0 after a signal, 2 for words that cannot be understood.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)

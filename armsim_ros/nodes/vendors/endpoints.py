@@ -37,7 +37,6 @@ class ArmNodes:
     """
     An arm, and what is needed to give it endpoints.
 
-    :param node: a node in the robot's namespace.
     :param new_node: makes a further node in that namespace.
     """
 

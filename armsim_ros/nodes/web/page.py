@@ -70,7 +70,6 @@ class Session:
         """
         Serve a panel until it closes.
 
-        :param shared: sections shown to all sessions.
         :param receive: gets each message that is a JSON object.
         """
         panel = _Panel(connection)
@@ -135,11 +134,7 @@ Handler = Callable[[Session, Any], Awaitable[None]]
 
 
 class Part:
-    """
-    A function of the page; the page notifies it of events.
-
-    :param page: whose part it is.
-    """
+    """A function of the page; the page notifies it of events."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -165,11 +160,7 @@ class Part:
 
 
 class Page:
-    """
-    Everything happens in the event loop of the page's server; ROS lives in the link's thread.
-
-    :param link: to the graph.
-    """
+    """Works in the event loop of the page's server; ROS lives in the link's thread."""
 
     def __init__(self, link: RosClient) -> None:
         self.link = link

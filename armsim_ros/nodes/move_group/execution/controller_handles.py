@@ -120,7 +120,6 @@ class ControllerHandle(ABC):
     """
     A controller that trajectories can be sent to.
 
-    :param node: the node of the action client.
     :param settings: name, action and joints.
     :param changed: called when a goal's result is there.
     """

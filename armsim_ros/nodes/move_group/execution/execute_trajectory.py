@@ -35,11 +35,7 @@ from armsim_ros.trajectory import JointTrajectory
 
 
 class ExecuteTrajectory:
-    """
-    Runs a client's trajectories; goals wait for each other.
-
-    :param execution: sends them to the controllers.
-    """
+    """Runs a client's trajectories; goals wait for each other."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         self._context = context
@@ -97,8 +93,6 @@ class ExecuteTaskSolution:
 
     All parts are checked before any motion starts. What a part changes in the scene
     is changed when its motion has ended well; a part that fails ends the whole.
-
-    :param execution: sends trajectories to the controllers.
     """
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:

@@ -97,12 +97,7 @@ class _EndedError(Exception):
 
 
 class Execution:
-    """
-    Runs a trajectory; all waits are bounded, and every way out cancels what was started.
-
-    :param controllers: knows the controllers.
-    :param watch: what may end it.
-    """
+    """Runs a trajectory; all waits are bounded, and every way out cancels what was started."""
 
     def __init__(
         self, context: Context, controllers: SimpleControllerManager, watch: ExecutionWatch

@@ -103,7 +103,6 @@ class StateRecorder:
     """
     Records measured positions at a limited rate.
 
-    :param context: has the frequency and the states.
     :param joint_names: the joints to note.
     """
 
@@ -328,11 +327,7 @@ def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
 
 
 class TrajectoryExecutionEvent:
-    """
-    Stops the robot when the message is "stop".
-
-    :param execution: what is stopped.
-    """
+    """Stops the robot when the message is "stop"."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         self._context = context

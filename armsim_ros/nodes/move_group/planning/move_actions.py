@@ -55,8 +55,6 @@ class MoveAction:
     """
     Plans and, unless plan_only is set, executes the plan.
 
-    :param job: runs the planner.
-    :param execution: sends trajectories to the controllers.
     :param name: of the action.
     """
 
@@ -179,12 +177,7 @@ def fill_plan(result: Any, plan: PlanningAnswer) -> None:
 
 
 class SequenceJob:
-    """
-    Plans sequences in the planner's worker.
-
-    :param job: knows the present state.
-    :param display: gets every trajectory of a successful plan.
-    """
+    """Plans sequences in the planner's worker."""
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
         self._context = context
@@ -250,12 +243,7 @@ SOURCE = 'sequence_move_group'
 
 
 class SequenceMoveGroup:
-    """
-    Plans sequences of motions and, unless plan_only is set, executes them.
-
-    :param job: runs the planner.
-    :param execution: sends trajectories to the controllers.
-    """
+    """Plans sequences of motions and, unless plan_only is set, executes them."""
 
     def __init__(
         self, context: Context, job: SequenceJob, execution: TrajectoryExecutionManager

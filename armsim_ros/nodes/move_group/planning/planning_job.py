@@ -119,11 +119,7 @@ class PlanningAnswer:
 
 
 class PlanningJob:
-    """
-    Runs the planner in its worker.
-
-    :param display: gets every successful plan.
-    """
+    """Runs the planner in its worker."""
 
     def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
         self._context = context

@@ -23,11 +23,7 @@ from armsim_ros.planning.request import CartesianRequest
 
 
 class PlanKinematicPath:
-    """
-    Plans and never moves.
-
-    :param job: runs the planner.
-    """
+    """Plans and never moves."""
 
     def __init__(self, context: Context, job: PlanningJob) -> None:
         self._context = context
@@ -49,11 +45,7 @@ class PlanKinematicPath:
 
 
 class PlanSequencePath:
-    """
-    Plans sequences of motions in the default pipeline and never moves.
-
-    :param job: runs the planner.
-    """
+    """Plans sequences of motions in the default pipeline and never moves."""
 
     def __init__(self, context: Context, job: SequenceJob) -> None:
         self._context = context
@@ -84,12 +76,7 @@ class PlanSequencePath:
 
 
 class ComputeCartesianPath:
-    """
-    Follows straight lines between poses as far as possible.
-
-    :param job: brings the scene to the present.
-    :param display: gets every path.
-    """
+    """Follows straight lines between poses as far as possible."""
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
         self._context = context

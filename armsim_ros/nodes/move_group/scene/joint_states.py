@@ -44,8 +44,6 @@ class StateMonitor:
     Messages wake no thread: they are read before each callback of the executor, so that what
     looks sees the newest state; a timer sees to it that there is such a callback.
 
-    :param node: subscribes and gives the time.
-    :param scene: gets the positions by ``update_scene``.
     :param topics: joint state topics; several may be given.
     :param steady: measures waiting times; by default wall time.
     """

@@ -54,7 +54,6 @@ class Transforms:
     link moves with it. Frames above the root link are turned about, so that what hangs on them
     is known too.
 
-    :param context: whose scene gets to know the frames.
     :param moving: follow ``/tf`` from the beginning, not only when ``follow_moving`` asks for it.
     """
 

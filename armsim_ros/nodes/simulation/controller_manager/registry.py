@@ -143,9 +143,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     """
     The node of each controller, in the order of loading.
 
-    :param manager: loads and unloads the controllers.
     :param descriptions: find the settings of a controller that is to be loaded.
-    :param executor: serves their nodes.
     :param namespace: where their nodes live.
     :param opened: gets each controller and its node once its own endpoints exist.
     """

@@ -79,8 +79,6 @@ class ControllerNode:
     The ROS side of a controller: a node of its name in the manager's namespace.
 
     The endpoints exist from the time at which the controller is configured, as upstream's do.
-
-    :param node: a fresh node.
     """
 
     #: States of the controller in which the endpoints are created; they stay from then on.

@@ -136,8 +136,6 @@ class Work:
 
     Changes of the world are made in sequence in a thread of their own: to compile a
     world takes longer than a tick of the loop.
-
-    :param node: its executor runs the coroutines.
     """
 
     def __init__(self, node: Node, loop: ControlLoop, dispatcher: Dispatcher) -> None:

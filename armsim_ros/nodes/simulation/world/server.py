@@ -115,10 +115,8 @@ class WorldServer:
     """
     The simulated world as clients see it.
 
-    :param node: the node ``/simulation``.
     :param publish: hands over what belongs to the present time; called between two ticks.
     :param settle: steps are answered when it is done.
-    :param quit_program: ends the program.
     """
 
     def __init__(

@@ -34,7 +34,6 @@ class RunState:
     """
     The state of the simulation in the words of simulation_interfaces.
 
-    :param clock: knows whether time passes.
     :param world: name of the world that is loaded.
     :param uri: where it can be loaded from.
     """
@@ -90,7 +89,6 @@ class Resetting:
     """
     Takes robots and world back to the start while everything runs.
 
-    :param work: makes changes beside the loop.
     :param resets_time: whether it can begin at 0 again.
     """
 
@@ -195,12 +193,7 @@ _WORDS = {_STOPPED: 'stopped', _PLAYING: 'playing', _PAUSED: 'paused'}
 
 
 class SimulationStateServices:
-    """
-    Pause, play, stop and quit.
-
-    :param resetting: takes everything to the start for a stop.
-    :param quit_program: ends the program.
-    """
+    """Pause, play, stop and quit."""
 
     def __init__(
         self,

@@ -71,12 +71,7 @@ class _RefusedError(ArmsimError):
 
 
 class Spawning:
-    """
-    Adds and removes entities while everything runs.
-
-    :param work: makes changes beside the loop.
-    :param resources: reads what is spawned.
-    """
+    """Adds and removes entities while everything runs."""
 
     def __init__(
         self, node: Node, work: Work, entities: Entities, resources: WorldResources
@@ -209,13 +204,7 @@ _SHIPPED = ('armsim_ros',)
 
 
 class Worlds:
-    """
-    Replaces the world around the robots.
-
-    :param work: makes changes beside the loop.
-    :param resources: finds and reads worlds.
-    :param resetting: notifies of a new world.
-    """
+    """Replaces the world around the robots."""
 
     def __init__(
         self,

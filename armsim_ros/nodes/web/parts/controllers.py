@@ -28,11 +28,7 @@ class Switch(PanelCommand):
 
 
 class ControllersPart(Part):
-    """
-    Shows the controllers that the managers list.
-
-    :param watch: queries them.
-    """
+    """Shows the controllers that the managers list."""
 
     def __init__(self, page: Page, watch: WatchPart) -> None:
         super().__init__(page)
@@ -89,11 +85,7 @@ class ArmCommand(PanelCommand):
 
 
 class SafetyPart(Part):
-    """
-    Shows the state of each arm that publishes ``safety``.
-
-    :param watch: reports which services and topics exist.
-    """
+    """Shows the state of each arm that publishes ``safety``."""
 
     def __init__(self, page: Page, watch: WatchPart) -> None:
         super().__init__(page)

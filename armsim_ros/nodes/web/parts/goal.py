@@ -60,11 +60,7 @@ class SessionGoal:
 
 
 class GoalPart(Part):
-    """
-    Keeps a goal for each session, moves its ghost, and shows whether it can be reached.
-
-    :param robot_part: knows the pose of the robot.
-    """
+    """Keeps a goal for each session, moves its ghost, and shows whether it can be reached."""
 
     def __init__(self, page: Page, robot_part: RobotPart) -> None:
         super().__init__(page)

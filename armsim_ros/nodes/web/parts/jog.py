@@ -43,12 +43,7 @@ class Jog(PanelCommand):
 
 
 class JogPart(Part):
-    """
-    Sends unitless commands to the first servo that it finds.
-
-    :param watch: reports which services exist.
-    :param goals: which group's tip moves.
-    """
+    """Sends unitless commands to the first servo that it finds."""
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart) -> None:
         super().__init__(page)

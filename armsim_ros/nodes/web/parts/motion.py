@@ -40,11 +40,7 @@ _PERIOD = 0.2
 
 
 class Activity:
-    """
-    A single activity at a time, from any session; all sessions see it.
-
-    :param page: publishes it.
-    """
+    """A single activity at a time, from any session; all sessions see it."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -126,13 +122,7 @@ class Stop(PanelCommand):
 
 
 class MotionPart(Part):
-    """
-    Plans for each session; one motion is executed at a time, whichever session requested it.
-
-    :param watch: knows the controllers.
-    :param goals: where to.
-    :param paths: keeps the plans.
-    """
+    """Plans for each session; one motion is executed at a time, whichever session requested it."""
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart, paths: PathPart) -> None:
         super().__init__(page)

@@ -61,12 +61,7 @@ _REASON_LOOKS = 10
 
 
 class ObjectsPart(Part):
-    """
-    Shows world objects and attached ones, and changes them through apply_planning_scene.
-
-    :param robot_part: knows the frames.
-    :param goals: whose ghosts touch objects.
-    """
+    """Shows world objects and attached ones, and changes them through apply_planning_scene."""
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
         super().__init__(page)

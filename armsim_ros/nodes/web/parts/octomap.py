@@ -31,11 +31,7 @@ _COLORS = np.array([(68, 1, 84), (49, 104, 142), (53, 183, 121), (253, 231, 37)]
 
 
 class OctomapDrawing:
-    """
-    Boxes, one per occupied leaf of the tree, drawn as instances of a single mesh.
-
-    :param scene: of all sessions.
-    """
+    """Boxes, one per occupied leaf of the tree, drawn as instances of a single mesh."""
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
@@ -43,11 +39,7 @@ class OctomapDrawing:
         self._box, = ShapeReader().parts(Box((1.0, 1.0, 1.0)))
 
     def show(self, octomap: Octomap | None, node: str) -> int:
-        """
-        Draw a map and no other; return the number of boxes.
-
-        :param node: path of the frame of the map's pose.
-        """
+        """Draw a map and no other; return the number of boxes."""
         if self._node is not None:
             self._node.remove()
             self._node = None
@@ -86,12 +78,7 @@ class ClearOctomap(PanelCommand):
 
 
 class OctomapPart(Part):
-    """
-    Shows the cells while a panel is open.
-
-    :param watch: pauses while none is.
-    :param robot_part: knows the frames.
-    """
+    """Shows the cells while a panel is open."""
 
     def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
         super().__init__(page)

@@ -61,12 +61,7 @@ class Plan:
 
 
 class PathPart(Part):
-    """
-    Keeps each session's plan and shows it.
-
-    :param robot_part: knows the pose of the root link.
-    :param goals: whose ghosts run.
-    """
+    """Keeps each session's plan and shows it."""
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
         super().__init__(page)

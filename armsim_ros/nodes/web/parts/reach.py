@@ -45,11 +45,7 @@ _IK_TIME = 0.05
 
 
 class Reach:
-    """
-    Checks goals.
-
-    :param page: that calls move_group.
-    """
+    """Checks goals."""
 
     def __init__(self, page: Page) -> None:
         self.page = page

@@ -63,11 +63,7 @@ class Theme(PanelCommand):
 
 
 class RobotPart(Part):
-    """
-    Draws the robot at the poses that tf publishes.
-
-    :param packages: where the packages of meshes are searched.
-    """
+    """Draws the robot at the poses that tf publishes."""
 
     def __init__(self, page: Page, packages: Packages) -> None:
         super().__init__(page)

@@ -79,12 +79,7 @@ class Watch(PanelCommand):
 
 
 class SimulationPart(Part):
-    """
-    Pauses, steps and resets; shows entities and camera pictures.
-
-    :param watch: reports which services exist.
-    :param robot_part: knows the frames.
-    """
+    """Pauses, steps and resets; shows entities and camera pictures."""
 
     def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
         super().__init__(page)

@@ -71,7 +71,6 @@ class ObjectsDrawing:
     """
     All objects, each drawn anew where it has changed.
 
-    :param scene: of all sessions.
     :param node_of: frame -> path of its node.
     :param on_click: gets the object's name and the client that has clicked at it.
     """
@@ -223,7 +222,6 @@ class EntitiesDrawing:
     """
     Boxes, one per entity.
 
-    :param scene: of all sessions.
     :param node_of: frame -> path of its node.
     """
 

@@ -30,7 +30,6 @@ class RobotDrawing:
 
     :param scene: the scene of all sessions, or of a single session.
     :param path: the node's name, such as ``/robot``.
-    :param reader: of the shapes.
     :param color: of all links, in place of their own.
     :param opacity: below 1 the robot is translucent.
     """
@@ -175,7 +174,6 @@ class ToolHandle:
     """
     Draws a handle in a session's scene.
 
-    :param scene: of the session.
     :param pulled: gets the handle's pose in the robot's root link, (4, 4), when it is pulled.
     """
 

@@ -52,11 +52,7 @@ class Surface:
 
 
 class ShapeReader:
-    """
-    Turns geometry into parts; each mesh file is read once.
-
-    :param packages: that resolve ``package://``.
-    """
+    """Turns geometry into parts; each mesh file is read once."""
 
     def __init__(self, packages: Packages | None = None) -> None:
         self._packages = packages or Packages()
