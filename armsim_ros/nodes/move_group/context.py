@@ -100,8 +100,22 @@ class Context:
         """Return a snapshot with a client's start state, as configured."""
         return scene.with_start_state(start, strict=self.planner.settings.strict_start_state)
 
-    def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:
-        """Create a service; its coroutines may run concurrently."""
+    def serve(
+        self, kind: Any, name: str, fill: Callable[[Any, Any], Awaitable[None]],
+        error_code: Callable[[Any], MoveItErrorCodes] | None = None,
+    ) -> None:
+        """
+        Create a service; its coroutines may run concurrently.
+
+        :param fill: gets the request, and the response to fill; its errors are logged.
+        :param error_code: response -> where its errors are written, too.
+        """
+        async def answer(request: Any, response: Any) -> Any:
+            code = error_code(response) if error_code is not None else None
+            with reported(self.logger, name, code):
+                await fill(request, response)
+            return response
+
         self.node.create_service(kind, name, answer, callback_group=self.group)
 
     def subscribe(

@@ -21,7 +21,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     start_state_from_message,
 )
 from armsim_ros.nodes.conversions.time import seconds_from_duration
-from armsim_ros.nodes.move_group.context import Context, fill_error, reported
+from armsim_ros.nodes.move_group.context import Context, fill_error
 from armsim_ros.nodes.move_group.planning.planning_job import log_refused
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.queries import IKRequest, LinkPose
@@ -32,18 +32,11 @@ class CheckStateValidity:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetStateValidity, 'check_state_validity', self._answer)
+        context.serve(GetStateValidity, 'check_state_validity', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: GetStateValidity.Request, response: GetStateValidity.Response
-    ) -> GetStateValidity.Response:
-        response.valid = False
-        with reported(self._context.logger, 'check_state_validity', None):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetStateValidity.Request,
-                    response: GetStateValidity.Response) -> None:
+    ) -> None:
         context = self._context
         present = await context.present_scene()
         scene = context.started(present, start_state_from_message(request.robot_state))
@@ -86,17 +79,12 @@ class ComputeFk:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPositionFK, 'compute_fk', self._answer)
+        context.serve(
+            GetPositionFK, 'compute_fk', self._fill, lambda response: response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetPositionFK.Request, response: GetPositionFK.Response
-    ) -> GetPositionFK.Response:
-        with reported(self._context.logger, 'compute_fk', response.error_code):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetPositionFK.Request,
-                    response: GetPositionFK.Response) -> None:
+    ) -> None:
         if not request.fk_link_names:
             raise PlanningError(
                 MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk')
@@ -131,17 +119,11 @@ class ComputeIk:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPositionIK, 'compute_ik', self._answer)
+        context.serve(
+            GetPositionIK, 'compute_ik', self._fill, lambda response: response.error_code)
 
-    async def _answer(
-        self, request: GetPositionIK.Request, response: GetPositionIK.Response
-    ) -> GetPositionIK.Response:
-        with reported(self._context.logger, 'compute_ik', response.error_code):
-            await self._fill(request.ik_request, response)
-        return response
-
-    async def _fill(self, message: Any, response: GetPositionIK.Response) -> None:
-        context = self._context
+    async def _fill(self, asked: GetPositionIK.Request, response: GetPositionIK.Response) -> None:
+        context, message = self._context, asked.ik_request
         scene = await context.present_scene()
         request = IKRequest(
             group_name=message.group_name,
@@ -187,25 +169,19 @@ class GetUrdf:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(Service, 'get_urdf', self._answer)
+        context.serve(Service, 'get_urdf', self._fill, lambda response: response.error_code)
 
-    async def _answer(
-        self, request: Service.Request, response: Service.Response
-    ) -> Service.Response:
+    async def _fill(self, request: Service.Request, response: Service.Response) -> None:
         groups = self._context.robot.semantic.groups
         if request.group_name not in groups:
             fill_error(
-                response.error_code,
-                MoveItErrorCode.FAILURE,
+                response.error_code, MoveItErrorCode.FAILURE,
                 f"planning group '{request.group_name}' is not known; allowed: "
-                f"{', '.join(groups) or 'the SRDF has none'}",
-                'get_urdf',
-            )
-            return response
+                f"{', '.join(groups) or 'the SRDF has none'}", 'get_urdf')
+            return
         response.urdf_string = group_urdf(
             self._context.robot.urdf, groups[request.group_name].joints)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS)
-        return response
 
 
 def group_urdf(urdf: str, joints: tuple[str, ...]) -> str:

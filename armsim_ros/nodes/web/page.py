@@ -13,6 +13,7 @@ import sys
 import traceback
 from typing import Any
 
+from moveit_msgs.srv import GetPlanningScene
 from pydantic import BaseModel, ConfigDict, ValidationError
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
@@ -273,6 +274,17 @@ class Page:
         except ArmsimError as error:
             text = str(error)
             raise ArmsimError(text if name in text else f'{name}: {text}') from None
+
+    async def planning_scene(self, components: int, patience: float = PATIENCE) -> Any:
+        """
+        Return the parts of move_group's scene that a sum of PlanningSceneComponents names.
+
+        :raises ArmsimError: move_group does not answer.
+        """
+        request = GetPlanningScene.Request()
+        request.components.components = components
+        answer = await self.call(GetPlanningScene, '/get_planning_scene', request, patience)
+        return answer.scene
 
     def take_robot(self, robot: RobotModel) -> None:
         """Let every part know the robot."""

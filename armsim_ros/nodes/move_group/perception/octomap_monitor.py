@@ -177,12 +177,11 @@ class OctomapMonitor:
         if self._updaters:
             self._scene_map.forget()
 
-    async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> None:
         """Answer when all that has come is in the scene."""
         while self._busy or any(self._waiting.values()):
             await self._context.ticker.next()
         response.success = True
-        return response
 
     # ---------------------------------------------------------------- messages
 

@@ -63,10 +63,10 @@ class PlannerParams:
 
     async def _get(
         self, request: GetPlannerParams.Request, response: GetPlannerParams.Response
-    ) -> GetPlannerParams.Response:
+    ) -> None:
         settings = self._context.planner.settings
         if request.pipeline_id and request.pipeline_id not in settings.pipelines:
-            return response
+            return
         configs, config = settings.planners.configs, request.planner_config
         merged = dict(configs.get(config, {}))
         if request.group:
@@ -74,11 +74,8 @@ class PlannerParams:
         response.params.keys = list(merged)
         response.params.values = [str(value) for value in merged.values()]
         response.params.descriptions = [''] * len(merged)
-        return response
 
-    async def _set(
-        self, request: SetPlannerParams.Request, response: SetPlannerParams.Response
-    ) -> SetPlannerParams.Response:
+    async def _set(self, request: SetPlannerParams.Request, _: object) -> None:
         context, keys, values = self._context, request.params.keys, request.params.values
         settings = context.planner.settings
         if request.pipeline_id and request.pipeline_id not in settings.pipelines:
@@ -98,7 +95,6 @@ class PlannerParams:
             configs[name] = {**old, **dict(zip(keys, values, strict=False))}
             planners = replace(settings.planners, configs=configs)
             context.planner.settings = replace(settings, planners=planners)
-        return response
 
 
 def config_name(group: str, config: str) -> str:
@@ -114,11 +110,9 @@ class QueryPlannerInterface:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(Service, 'query_planner_interface', self._answer)
+        context.serve(Service, 'query_planner_interface', self._fill)
 
-    async def _answer(
-        self, request: Service.Request, response: Service.Response
-    ) -> Service.Response:
+    async def _fill(self, _: Service.Request, response: Service.Response) -> None:
         settings = self._context.planner.settings
         groups = tuple(self._context.robot.semantic.groups)
         response.planner_interfaces = [
@@ -130,7 +124,6 @@ class QueryPlannerInterface:
             )
             for pipeline in settings.pipelines
         ]
-        return response
 
 
 #: Contacts of a state that are shown, the diameter of a marker [m], its lifetime in RViz [s].

@@ -163,7 +163,7 @@ class PlanningJob:
             self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
         if response.contacts or response.source == 'ValidateSolution':
             self._contacts.publish(response.contacts)
-        self._states.end(message, _response_message(plan), pipeline)
+        self._states.end(message, response_message(plan), pipeline)
         return plan
 
     async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
@@ -224,7 +224,8 @@ class PlanningJob:
         return PlanningAnswer(request, response, scene, start, trajectory)
 
 
-def _response_message(plan: PlanningAnswer) -> ResponseMessage:
+def response_message(plan: PlanningAnswer) -> ResponseMessage:
+    """Return the message of an answer."""
     return ResponseMessage(
         trajectory_start=plan.start_message,
         trajectory=plan.trajectory_message,

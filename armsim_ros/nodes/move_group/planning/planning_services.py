@@ -15,10 +15,10 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     robot_trajectory_message,
     start_state_from_message,
 )
-from armsim_ros.nodes.move_group.context import Context, fill_error, reported
+from armsim_ros.nodes.move_group.context import Context, fill_error
 from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob, response_message
 from armsim_ros.planning.request import CartesianRequest
 
 
@@ -28,20 +28,14 @@ class PlanKinematicPath:
     def __init__(self, context: Context, job: PlanningJob) -> None:
         self._context = context
         self._job = job
-        context.serve(GetMotionPlan, 'plan_kinematic_path', self._answer)
+        context.serve(GetMotionPlan, 'plan_kinematic_path', self._fill,
+                      lambda response: response.motion_plan_response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetMotionPlan.Request, response: GetMotionPlan.Response
-    ) -> GetMotionPlan.Response:
-        answer = response.motion_plan_response
-        with reported(self._context.logger, 'plan_kinematic_path', answer.error_code):
-            plan = await self._job.run(request.motion_plan_request)
-            answer.trajectory_start = plan.start_message
-            answer.trajectory = plan.trajectory_message
-            answer.group_name = request.motion_plan_request.group_name
-            answer.planning_time = plan.response.planning_time
-            answer.error_code = plan.error_code_message
-        return response
+    ) -> None:
+        plan = await self._job.run(request.motion_plan_request)
+        response.motion_plan_response = response_message(plan)
 
 
 class PlanSequencePath:
@@ -50,15 +44,14 @@ class PlanSequencePath:
     def __init__(self, context: Context, job: SequenceJob) -> None:
         self._context = context
         self._job = job
-        context.serve(GetMotionSequence, 'plan_sequence_path', self._answer)
+        context.serve(GetMotionSequence, 'plan_sequence_path', self._fill,
+                      lambda response: response.response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetMotionSequence.Request, response: GetMotionSequence.Response
-    ) -> GetMotionSequence.Response:
-        answer = response.response
-        with reported(self._context.logger, 'plan_sequence_path', answer.error_code):
-            await self._job.run(request.request, answer, pipeline=self._pipeline(request.request))
-        return response
+    ) -> None:
+        await self._job.run(
+            request.request, response.response, pipeline=self._pipeline(request.request))
 
     def _pipeline(self, request: MotionSequenceRequest) -> str:
         """Return the default pipeline; an unknown pipeline of the first motion stays."""
@@ -82,17 +75,12 @@ class ComputeCartesianPath:
         self._context = context
         self._job = job
         self._display = display
-        context.serve(GetCartesianPath, 'compute_cartesian_path', self._answer)
+        context.serve(GetCartesianPath, 'compute_cartesian_path', self._fill,
+                      lambda response: response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetCartesianPath.Request, response: GetCartesianPath.Response
-    ) -> GetCartesianPath.Response:
-        with reported(self._context.logger, 'compute_cartesian_path', response.error_code):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetCartesianPath.Request,
-                    response: GetCartesianPath.Response) -> None:
+    ) -> None:
         context = self._context
         scene = await self._job.scene(request.start_state)
         requested = CartesianRequest(

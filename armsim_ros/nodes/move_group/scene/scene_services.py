@@ -36,14 +36,13 @@ class ApplyPlanningScene:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(ApplyPlanningSceneSrv, 'apply_planning_scene', self._answer)
+        context.serve(ApplyPlanningSceneSrv, 'apply_planning_scene', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: ApplyPlanningSceneSrv.Request, response: ApplyPlanningSceneSrv.Response
-    ) -> ApplyPlanningSceneSrv.Response:
+    ) -> None:
         response.success = await apply_scene_message(
             self._context, request.scene, 'apply_planning_scene')
-        return response
 
 
 class GetPlanningScene:
@@ -51,18 +50,16 @@ class GetPlanningScene:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPlanningSceneSrv, 'get_planning_scene', self._answer)
+        context.serve(GetPlanningSceneSrv, 'get_planning_scene', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: GetPlanningSceneSrv.Request, response: GetPlanningSceneSrv.Response
-    ) -> GetPlanningSceneSrv.Response:
+    ) -> None:
         requested = Component(request.components.components) or Component.ALL
-        with reported(self._context.logger, 'get_planning_scene', None):
-            scene = await self._context.present_scene()
-            response.scene = await self._context.edits.submit(
-                lambda: scene_to_message(scene, requested))
-            self._add_velocities(response.scene.robot_state.joint_state)
-        return response
+        scene = await self._context.present_scene()
+        response.scene = await self._context.edits.submit(
+            lambda: scene_to_message(scene, requested))
+        self._add_velocities(response.scene.robot_state.joint_state)
 
     def _add_velocities(self, state: JointState) -> None:
         """Add measured velocities to the positions if ``monitor_dynamics`` is set."""
@@ -89,7 +86,7 @@ class GeometryFiles:
         else:
             context.serve(LoadGeometryFromFile, 'load_geometry_from_file', self._load)
 
-    async def _save(self, request: Any, response: Any) -> Any:
+    async def _save(self, request: Any, response: Any) -> None:
         scene = await self._context.present_scene()
 
         def save() -> None:
@@ -97,15 +94,13 @@ class GeometryFiles:
             write_scene_file(str(path), scene)
 
         response.success = await done(self._context, 'save_geometry_to_file', save)
-        return response
 
-    async def _load(self, request: Any, response: Any) -> Any:
+    async def _load(self, request: Any, response: Any) -> None:
         def load() -> None:
             path = self._folder / request.file_path_and_name
             self._context.scene.apply(read_scene_file(str(path)))
 
         response.success = await done(self._context, 'load_geometry_from_file', load)
-        return response
 
 
 def geometry_folder(given: str) -> Path:
@@ -208,15 +203,14 @@ class ClearOctomap:
     def __init__(self, context: Context, forget: Callable[[], None]) -> None:
         self._context = context
         self._forget = forget
-        context.serve(Empty, 'clear_octomap', self._answer)
+        context.serve(Empty, 'clear_octomap', self._clear)
 
-    async def _answer(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+    async def _clear(self, *_: object) -> None:
         def clear() -> None:
             self._forget()
             self._context.scene.set_octomap(None)
 
         await self._context.edits.submit(clear)
-        return response
 
 
 class MapFiles:
@@ -233,9 +227,7 @@ class MapFiles:
         context.serve(SaveMap, 'save_map', self._save)
         context.serve(LoadMap, 'load_map', self._load)
 
-    async def _save(
-        self, request: SaveMap.Request, response: SaveMap.Response
-    ) -> SaveMap.Response:
+    async def _save(self, request: SaveMap.Request, response: SaveMap.Response) -> None:
         def save() -> None:
             octomap = self._context.scene.octomap
             if octomap is None:
@@ -243,15 +235,11 @@ class MapFiles:
             below_folder(self._folder, request.filename).write_bytes(write_map_file(octomap))
 
         response.success = await done(self._context, 'save_map', save)
-        return response
 
-    async def _load(
-        self, request: LoadMap.Request, response: LoadMap.Response
-    ) -> LoadMap.Response:
+    async def _load(self, request: LoadMap.Request, response: LoadMap.Response) -> None:
         def load() -> None:
             content = below_folder(self._folder, request.filename).read_bytes()
             octomap = read_map_file(content, np.eye(4))
             self._context.scene.set_octomap(None if octomap.empty else octomap)
 
         response.success = await done(self._context, 'load_map', load)
-        return response

@@ -11,7 +11,6 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from moveit_msgs.msg import PlanningSceneComponents
-from moveit_msgs.srv import GetPlanningScene
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.clients.description import bounds, link_pose, moved_links, position_of, tip_of
@@ -113,9 +112,7 @@ class GoalPart(Part):
 
     async def current(self) -> dict[str, float]:
         """Return the robot's joint positions as move_group knows them [rad or m]."""
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.ROBOT_STATE
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.ROBOT_STATE)
         state = scene.robot_state.joint_state
         return dict(zip(state.name, state.position, strict=True))
 

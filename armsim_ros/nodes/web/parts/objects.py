@@ -19,7 +19,7 @@ from moveit_msgs.msg import (
     PlanningScene,
     PlanningSceneComponents,
 )
-from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
+from moveit_msgs.srv import ApplyPlanningScene
 import numpy as np
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
@@ -125,12 +125,10 @@ class ObjectsPart(Part):
         self.page.soon(show)
 
     async def _read(self) -> None:
-        request = GetPlanningScene.Request()
         parts = PlanningSceneComponents
-        request.components.components = (
+        scene = await self.page.planning_scene(
             parts.WORLD_OBJECT_NAMES | parts.WORLD_OBJECT_GEOMETRY
             | parts.ROBOT_STATE_ATTACHED_OBJECTS | parts.OBJECT_COLORS)
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
         self._drawing.show(drawn_objects(scene))
         self._touched.clear()
         self._goals.look_again()
@@ -262,9 +260,7 @@ class ObjectsPart(Part):
         await self._apply(attached=attached)
 
     async def _allow(self, _session: Session, command: Allow) -> None:
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.ALLOWED_COLLISION_MATRIX)
         matrix = scene.allowed_collision_matrix
         for pair in command.pairs:
             for name in pair:

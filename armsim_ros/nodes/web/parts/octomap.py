@@ -8,7 +8,6 @@ import asyncio
 from typing import Any
 
 from moveit_msgs.msg import PlanningScene, PlanningSceneComponents
-from moveit_msgs.srv import GetPlanningScene
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
@@ -117,9 +116,7 @@ class OctomapPart(Part):
             await self._watch.rest(_PERIOD)
 
     async def _read(self) -> None:
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.OCTOMAP
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.OCTOMAP)
         message = scene.world.octomap
         update = await asyncio.to_thread(octomap_from_message, message, is_diff=False)
         octomap = update.octomap if update is not None else None

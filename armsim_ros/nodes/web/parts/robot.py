@@ -101,7 +101,7 @@ class RobotPart(Part):
         self.look_at_robot(session)
 
     def on_program(self, name: str, there: bool) -> None:
-        """PanelCommand a move_group that has come for the limits that it plans with."""
+        """Ask a new move_group for the limits that it plans with."""
         if name == 'move_group' and there:
             self._news.set()
 
@@ -218,7 +218,7 @@ class RobotPart(Part):
                 await asyncio.wait([self.page.start(self._describe())])
 
     async def _describe(self) -> None:
-        """Read both texts, command for limits, draw."""
+        """Read both texts, ask for limits, draw."""
         try:
             robot = describe(self._texts['urdf'], self._texts['srdf'])
         except ArmsimError as error:

@@ -100,7 +100,7 @@ class SimulationPart(Part):
         self._drawing.show([])
 
     async def run(self) -> None:
-        """PanelCommand the simulation how it is, where it answers such questions."""
+        """Publish the state of the simulation, where it has services for that."""
         self.page.start(self._look_through_camera())
         while True:
             for name, kind in _SERVICES.items():
@@ -177,18 +177,16 @@ class SimulationPart(Part):
         self._drawing.show([entity for entity in entities if entity.name not in planned])
 
     async def _control(self, _session: Session, command: Control) -> None:
+        request: Any
         if command.what == 'step':
-            kind: type[Any] = StepSimulation
-            name = '/step_simulation'
-            request: Any = StepSimulation.Request(steps=1)
+            name, request = '/step_simulation', StepSimulation.Request(steps=1)
         elif command.what == 'reset':
-            kind, name, request = ResetSimulation, '/reset_simulation', ResetSimulation.Request()
+            name, request = '/reset_simulation', ResetSimulation.Request()
         else:
-            kind, name, request = SetSimulationState, '/set_simulation_state', None
-            request = SetSimulationState.Request()
+            name, request = '/set_simulation_state', SetSimulationState.Request()
             request.state.state = (SimulationState.STATE_PAUSED if command.what == 'pause'
                                    else SimulationState.STATE_PLAYING)
-        result = (await self.page.call(kind, name, request)).result
+        result = (await self.page.call(_SERVICES[name], name, request)).result
         already = getattr(SetSimulationState.Response, 'ALREADY_IN_TARGET_STATE', 101)
         if result.result not in (Result.RESULT_OK, already):
             raise ArmsimError(f'{name}: {result.error_message or "refused"}')
