@@ -48,11 +48,6 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
     def read(self, time_ns: int) -> SampleT:
         """Return a sample of now [ns]."""
 
-    @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None: nothing is commanded."""
-        return ()
-
     def activate(self, time_ns: int) -> None:
         """Begin a new rhythm: that of everything else with this rate."""
         rate = self.publish_rate
@@ -105,9 +100,6 @@ class Broadcaster(Controller[ParametersT], Generic[ParametersT, SampleT]):
         """Return when the next sample is due for the listener [ns]."""
         due_ns = self._rate_of_now.next_due_ns(time_ns) if self._listener is not None else None
         return NEVER_NS if due_ns is None else due_ns
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: a broadcaster has no requests."""
 
     def poll(self) -> SampleT | None:
         """Return the oldest sample that was not taken, or None."""

@@ -46,11 +46,6 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
     """Samples the states that its parameters name."""
 
     @property
-    def joints(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def publish_rate(self) -> float:
         """Samples a second; infinite is each update [Hz]."""
         return self.parameters.publish_rate or math.inf
@@ -163,11 +158,6 @@ class TipBroadcaster(Broadcaster[TipBroadcasterParameters, SensorSample]):
 
     #: Which states of the joints it reads.
     kinds: ClassVar[tuple[str, ...]] = ('position',)
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """None: it commands nothing."""
-        return ()
 
     @property
     def publish_rate(self) -> float:

@@ -113,9 +113,6 @@ class ChainableController(Controller[ParametersT]):
             self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
         self.follow(self._wanted, time_ns, period)
 
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: references wait for time to go on."""
-
     def offer(self, references: Vector) -> str:
         """
         Take references from the topic; while chained or inactive they are dropped.

@@ -59,11 +59,6 @@ class ForwardController(Controller[ForwardParameters]):
         """The interface of each value."""
         return tuple(f'{joint}/{kind}' for joint, kind in self.parameters.targets)
 
-    @property
-    def required_state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
     def configure(self) -> None:
         """Look whether everything is named that is needed."""
         missing = self.parameters.missing
@@ -126,9 +121,6 @@ class ForwardController(Controller[ForwardParameters]):
         if self._inbox:
             return time_ns
         return NEVER_NS if self._deadline_ns is None else self._deadline_ns
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: commands wait for time to go on."""
 
     def _forget(self) -> None:
         self._inbox.take_all()

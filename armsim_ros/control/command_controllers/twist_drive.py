@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import ControllerParameters, Settings
 from armsim_ros.control.arm_dynamics import ArmDynamics
-from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, NEVER_NS
+from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.mailbox import Mailbox, RepeatedWarning
 from armsim_ros.errors import ControllerError
@@ -26,7 +26,7 @@ ACCELERATION = 10.0
 DAMPING = 0.02
 
 
-class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
+class TwistDrive(Controller[ControllerParameters]):
     """Moves the tool of an arm by twists in its own frame; a device of a controller manager."""
 
     parameters_class: ClassVar[type[Settings]] = ControllerParameters
@@ -89,9 +89,6 @@ class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
     def deactivate(self, time_ns: int) -> None:
         """Rest."""
         self.activate(time_ns)
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: twists wait for time to go on."""
 
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]: never at rest."""

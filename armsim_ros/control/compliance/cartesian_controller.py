@@ -142,9 +142,6 @@ class ComplianceController(Controller[ParametersT]):
         """Return the pose that the tip follows now, after the target was smoothed (4, 4)."""
         return self._desired
 
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: targets wait for time to go on."""
-
     def receive_pose(self, frame: str, xyz: Sequence[float], xyzw: Sequence[float]) -> str:
         """
         Take a target of the tip.

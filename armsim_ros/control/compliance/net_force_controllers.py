@@ -159,9 +159,6 @@ class NetForceController(Controller[ParametersT]):
             pose, jacobian = model.arm.pose, model.arm.jacobian()
             self._feedback = time_ns, pose, jacobian @ model.velocities
 
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: targets wait for time to go on."""
-
     def net_force(self) -> Vector:
         """Return what shall vanish (6,), in base axes."""
         raise NotImplementedError

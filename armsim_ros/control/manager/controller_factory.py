@@ -42,7 +42,7 @@ from armsim_ros.control.compliance.net_force_controllers import (
     CartesianForceController,
     CartesianMotionController,
 )
-from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, describe
+from armsim_ros.control.controller import Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
@@ -55,7 +55,7 @@ from armsim_ros.control.trajectory.joint_trajectory_controller import (
 from armsim_ros.errors import ControllerError, nearest
 
 
-class StandInController(ClaimsNothing, Controller[StandInParameters]):
+class StandInController(Controller[StandInParameters]):
     """Claims nothing and commands nothing; its life cycle is that of any controller."""
 
     parameters_class: ClassVar[type[Settings]] = StandInParameters
@@ -71,9 +71,6 @@ class StandInController(ClaimsNothing, Controller[StandInParameters]):
 
     def update(self, time_ns: int, period: float) -> None:
         """Do nothing."""
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: there are no requests."""
 
 
 class LoadableController(Protocol):

@@ -291,12 +291,7 @@ class ControllerManager:
         if self._requests or self._failures:
             self._serve()
         for controller, _ in self._updated:
-            if controller.name in self._failures:
-                continue
-            try:
-                controller.process_requests(time_ns)
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
-                self._fail(controller, error)
+            self._try(controller, controller.process_requests, time_ns)
 
     def interrupt(self, time_ns: int, reason: str) -> None:
         """
@@ -316,12 +311,7 @@ class ControllerManager:
         self.resources.hold_here()
         self._resumed = True
         for controller, _ in reversed(self._switches.active + self._switches.devices):
-            if controller.name in self._failures:
-                continue
-            try:
-                controller.activate(time_ns)
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
-                self._fail(controller, error)
+            self._try(controller, controller.activate, time_ns)
 
     def list_controllers(self) -> list[ControllerInfo]:
         """Return all loaded controllers, those of a chain from its beginning on."""
@@ -392,6 +382,16 @@ class ControllerManager:
                     request.future.set_result(result)
         finally:
             self._structure.release()
+
+    def _try(
+        self, controller: Controller[Any], call: Callable[[int], object], time_ns: int
+    ) -> None:
+        """Make a call of a controller that has not failed; it fails with what the call raises."""
+        if controller.name not in self._failures:
+            try:
+                call(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
 
     def _fail(self, controller: Controller[Any], error: Exception) -> None:
         """Replace a controller that raised; where others change the controllers, a bit later."""
