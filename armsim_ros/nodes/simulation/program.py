@@ -27,7 +27,7 @@ from armsim_ros.nodes.camera.link import socket_path
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.lockstep import Digest, Dump, OctomapWait, Sync
+from armsim_ros.nodes.simulation.lockstep import Dump, OctomapWait, serve_trigger
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import Clock, ClockHint, IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
@@ -302,8 +302,12 @@ class SimulationProgram:
     def _create_lockstep_services(self) -> None:
         node = self._simulation_node
         work = Work(node, self._loop, self._dispatcher)
-        Sync(node, work, self._sync)
-        Digest(node, work, lambda: run_digest(self._simulation, self._managers))
+        # Topics have no answer: a client that needs the present state waits for the message with
+        # the time that this service returns.
+        serve_trigger(node, work, '/simulation/sync', self._sync)
+        # Plant, drives, controllers and time; equal runs have equal hashes.
+        serve_trigger(node, work, '/simulation/digest',
+                      lambda: run_digest(self._simulation, self._managers))
         settings = self._cell.settings.simulation.recorder
         if not settings.seconds:
             return

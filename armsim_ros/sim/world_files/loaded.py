@@ -17,6 +17,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.errors import ModelError, nearest, SimulationError
 from armsim_ros.model.description.urdf import parse_urdf
+from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import combined, inertial_of
 from armsim_ros.model.robot_model import Inertial, JointType, LinkGeometry
@@ -109,6 +110,18 @@ def told_of(loaded: LoadedObject | LoadedWorld) -> str:
     """Return what a user should know of what was read, '' for nothing."""
     unused = (f'not used: {"; ".join(loaded.unused)}',) if loaded.unused else ()
     return '; '.join((*unused, *loaded.remarks))
+
+
+def parse(text: str, file: str) -> XmlElement:
+    """
+    Return the root element of a text.
+
+    :raises ResourceFaultError: it is not XML; with its line.
+    """
+    try:
+        return parse_xml(text, file)
+    except ModelError as error:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
 
 
 def check_names(items: Iterable[WorldObject]) -> None:

@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import ModelError, SimulationError
-from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.description.xml_tree import xml_text, XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.inertia import combined
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
@@ -31,6 +31,7 @@ from armsim_ros.sim.world_files.loaded import (
     Fault,
     LoadedObject,
     LoadedWorld,
+    parse,
     ResourceFaultError,
     Unused,
 )
@@ -193,10 +194,7 @@ class _Reader:
 def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool = False
               ) -> tuple[Any, Unused]:
     """Return the ``MjModel`` of a text without what is not read, and what that was."""
-    try:
-        root = parse_xml(text, file)
-    except ModelError as error:
-        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
+    root = parse(text, file)
     unused, meshes = Unused(), list[tuple[str, Mesh]]()
     for child in list(root.children):
         if child.tag == 'option':
@@ -286,8 +284,8 @@ def _clean(element: XmlElement, unused: Unused) -> None:
 
 
 def _tells_gravity(text: str, file: str) -> bool:
-    return any(option.get('gravity') for option in parse_xml(text, file).all('option'))
+    return any(option.get('gravity') for option in parse(text, file).all('option'))
 
 
 def _model_name(text: str, file: str) -> str:
-    return parse_xml(text, file).get('model') or 'world'
+    return parse(text, file).get('model') or 'world'
