@@ -103,9 +103,9 @@ def feeding_place() -> None:
     from armsim_ros.cli.settings import cell_of
     from armsim_ros.config.simulation import CameraSettings
     from armsim_ros.sim.assembly import build_simulation
-    from armsim_ros.sim.camera.camera import cameras_of, take_snapshot
-    from armsim_ros.sim.camera.scene_renderer import SceneRenderer
+    from armsim_ros.sim.camera import cameras_of, take_snapshot
     from armsim_ros.sim.physics.compiler import model_to_bytes
+    from armsim_ros.sim.scene_renderer import SceneRenderer
 
     cell, _ = cell_of(parse_arguments(['robot:=sunday', 'world:=feeding_place']))
     simulation = build_simulation(cell.settings, cell.model)

@@ -18,7 +18,7 @@ from armsim_ros.config.controllers.compliance import (
 )
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.command_writer import CommandTargets
-from armsim_ros.control.compliance.impedance_law import (
+from armsim_ros.control.compliance.tip_forces import (
     bounded,
     Gains,
     impedance_torques,

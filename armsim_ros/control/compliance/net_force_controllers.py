@@ -24,8 +24,7 @@ from armsim_ros.config.controllers.cartesian_controllers import (
 )
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.command_writer import CommandTargets
-from armsim_ros.control.compliance.ik_solvers import InternalModel, STEP_S
-from armsim_ros.control.compliance.impedance_law import JointBounds, pose_error
+from armsim_ros.control.compliance.tip_forces import InternalModel, JointBounds, pose_error, STEP_S
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.hardware_interface import JointProperties, POSITION
 from armsim_ros.control.mailbox import RepeatedWarning

@@ -16,10 +16,10 @@ from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
+from armsim_ros.control.command_writer import Pid
 from armsim_ros.control.controller import Controller, NEVER_NS
 from armsim_ros.control.hardware_interface import EFFORT, POSITION
 from armsim_ros.control.mailbox import ActionGoal, GoalStatus, Mailbox
-from armsim_ros.control.pid import Pid
 from armsim_ros.errors import ControllerError
 
 

@@ -11,8 +11,7 @@ from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings, StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.broadcasters.sensor_broadcaster import (
+from armsim_ros.control.broadcasters.broadcaster import (
     CrispPoseBroadcaster,
     CrispTwistBroadcaster,
     ForceTorqueSensorBroadcaster,
@@ -20,6 +19,7 @@ from armsim_ros.control.broadcasters.sensor_broadcaster import (
     PoseBroadcaster,
     SpeedScalingStateBroadcaster,
 )
+from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import (
     ForwardCommandController,

@@ -25,7 +25,7 @@ from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.state_publishers.robot_state_publisher import transform
-from armsim_ros.sim.camera.camera import Camera, Snapshot
+from armsim_ros.sim.camera import Camera, Snapshot
 
 #: Wall time between checks of services and subscribers while no picture comes [s].
 _REST = 0.2
@@ -102,7 +102,7 @@ class CameraProgram:
         if not cameras:
             return
         # Only now: this imports mujoco, which looks once at what is to draw.
-        from armsim_ros.sim.camera.scene_renderer import SceneRenderer
+        from armsim_ros.sim.scene_renderer import SceneRenderer
 
         for topics in self._topics:
             topics.close()

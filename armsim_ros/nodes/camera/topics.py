@@ -21,7 +21,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, Poi
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.sim.camera.camera import Camera, Picture, points
+from armsim_ros.sim.camera import Camera, Picture, points
 
 FORMAT_OF_COLOUR = 'rgb8; jpeg compressed bgr8'
 FORMAT_OF_DEPTH = '32FC1; compressedDepth png'

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+import time
 from typing import Any
 
 from rclpy.executors import Executor
@@ -29,7 +30,6 @@ from armsim_ros.nodes.simulation.controller_manager.services import (
     ControllerManagerServices,
 )
 from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
-from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
@@ -95,6 +95,41 @@ class FaultParameters:
                 self._injector.set_fault(joint, fault)
                 self._node.get_logger().warning(f"fault of joint '{joint}': {fault}")
         self._shown = settings
+
+
+#: How long another simulation is searched after the start [s]; discovery takes a few tenths.
+WATCH_TIME = 2.0
+
+
+class DomainWatch:
+    """
+    Searches for a second controller manager of our name in the ROS graph.
+
+    On one machine a lock keeps the second away; this finds those of other machines. Only the
+    latest searches: an older one no longer does. Two that start at the same time
+    both find the other and both give up.
+
+    :param found: called once with the message for the user.
+    """
+
+    def __init__(self, node: Node, found: Callable[[str], None]) -> None:
+        self._node = node
+        self._found = found
+        self._end = time.monotonic() + WATCH_TIME
+
+    def look(self) -> None:
+        """Check once; does nothing after the watch time."""
+        if time.monotonic() > self._end:
+            return
+        own = (self._node.get_name(), self._node.get_namespace())
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            self._end = 0.0
+            name = self._node.get_fully_qualified_name()
+            self._found(
+                f'another simulation already runs as {name} on this ROS domain, and both '
+                'publish the same topics. Stop it, or set another ROS_DOMAIN_ID, or start this '
+                'simulation with namespace:=NAME'
+            )
 
 
 class RobotNodes:

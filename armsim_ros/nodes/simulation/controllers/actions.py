@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelGripperCommand
@@ -33,8 +34,43 @@ from armsim_ros.nodes.conversions.trajectory import (
     trajectory_from_message,
 )
 from armsim_ros.nodes.qos import KeptResults
-from armsim_ros.nodes.simulation.discovery import ClientDiscovery
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
+
+#: How often discovery is checked [s], and how many times at most.
+_PERIOD, _TRIES = 0.005, 100
+
+
+class ClientDiscovery:
+    """Compares a service's discovered request writers and reply readers."""
+
+    def __init__(self, node: Node, dispatcher: Dispatcher, service: str) -> None:
+        self._node = node
+        self._dispatcher = dispatcher
+        self._service = node.resolve_service_name(service)
+        self._request_topic = f'rq{self._service}Request'
+        self._tolerated = 0
+
+    async def completed(self) -> None:
+        """Return when every client that can ask can be answered too, or after half a second."""
+        for _ in range(_TRIES):
+            if self._unanswerable() <= self._tolerated:
+                return
+            later = Future()
+            self._dispatcher.post_later(_PERIOD, partial(self._resume, later))
+            await later
+        # Something that only writes requests, such as a recorder's player: not to be waited for.
+        self._tolerated = self._unanswerable()
+
+    def _unanswerable(self) -> int:
+        asking = self._node.get_publishers_info_by_topic(self._request_topic, no_mangle=True)
+        missing = len(asking) - self._node.count_clients(self._service)
+        self._tolerated = min(self._tolerated, max(missing, 0))
+        return missing
+
+    def _resume(self, later: Future) -> None:
+        later.set_result(None)
+        wake(self._node)
+
 
 #: How long a result waits for a client that asks late, in a time that may run a hundred times
 #: faster than the client's [s], and how many: a burst of goals ends all but the last.

@@ -15,15 +15,15 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.control.broadcasters.broadcaster import Broadcaster
-from armsim_ros.control.broadcasters.joint_state_broadcaster import (
-    JointStateBroadcaster,
-    JointStateSnapshot,
-)
-from armsim_ros.control.broadcasters.sensor_broadcaster import (
+from armsim_ros.control.broadcasters.broadcaster import (
+    Broadcaster,
     ForceTorqueSensorBroadcaster,
     SensorBroadcaster,
     TipBroadcaster,
+)
+from armsim_ros.control.broadcasters.joint_state_broadcaster import (
+    JointStateBroadcaster,
+    JointStateSnapshot,
 )
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController

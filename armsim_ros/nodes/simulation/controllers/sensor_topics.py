@@ -27,7 +27,7 @@ from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
     TipBroadcasterParameters,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
+from armsim_ros.control.broadcasters.broadcaster import SensorSample
 from armsim_ros.control.compliance.cartesian_controller import (
     CartesianAdmittanceController,
     ComplianceController,

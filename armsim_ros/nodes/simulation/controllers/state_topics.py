@@ -24,11 +24,11 @@ from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
+from armsim_ros.control.broadcasters.broadcaster import SensorSample
 from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateLayout,
     JointStateSnapshot,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
     AdmittanceSnapshot,

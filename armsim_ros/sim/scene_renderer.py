@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.sim.camera.camera import Camera, measured, NEAR, Picture, Snapshot
+from armsim_ros.sim.camera import Camera, measured, NEAR, Picture, Snapshot
 from armsim_ros.sim.physics.compiler import model_from_bytes
 
 #: What is farther is not drawn [m].

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The program joint_state_publisher, and joint_state_publisher_gui without its sliders."""
+"""The programs joint_state_publisher (also _gui, without sliders) and robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from typing import Any
 from rclpy.exceptions import ParameterAlreadyDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import ns_from_time
+from armsim_ros.nodes.executor_program import spin
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.state_publishers.joint_states import (
     DependentJointError,
@@ -25,9 +29,12 @@ from armsim_ros.nodes.state_publishers.joint_states import (
     JointStateOptions,
     JointStates,
 )
-from armsim_ros.nodes.upstream.spinning import spin
+from armsim_ros.nodes.state_publishers.robot_state_publisher import (
+    DESCRIPTION,
+    RobotStatePublisher,
+)
+from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 
-NAME = 'joint_state_publisher'
 #: Parameter -> its default; all are read once, at the start.
 _DEFAULTS = {
     'publish_default_positions': True, 'publish_default_velocities': False,
@@ -37,7 +44,7 @@ _DEFAULTS = {
 _OF_DEPENDENT = ('parent', 'factor', 'offset')
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def joint_state_publisher(argv: Sequence[str] | None = None) -> int:
     """
     Publish until SIGINT or SIGTERM.
 
@@ -47,7 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     try:
-        return spin(NAME, ros_args, lambda node: JointStatePublisher(node, words),
+        return spin(
+            'joint_state_publisher', ros_args, lambda node: JointStatePublisher(node, words),
                     automatically_declare_parameters_from_overrides=True)
     except DependentJointError as error:
         print(error, file=sys.stderr, flush=True)
@@ -83,7 +91,7 @@ class JointStatePublisher:
             raise UsageError(f"the parameter 'rate' is {rate:g}; allowed: above 0")
         self._joints: JointStates | None = None
         if words:
-            self._joints = JointStates(_read(Path(words[0])), self._options)
+            self._joints = JointStates(_read('file', words[0]), self._options)
         else:
             node.get_logger().info('waiting for the topic robot_description')
         node.create_subscription(String, 'robot_description', self._describe, qos.DESCRIPTION)
@@ -151,8 +159,42 @@ def _check_dependent(node: Node) -> None:
         node.get_logger().warning("dependent_joints has no effect: the URDF's <mimic> tags count")
 
 
-def _read(file: Path) -> str:
+def _read(kind: str, name: str) -> str:
     try:
-        return file.read_text(encoding='utf-8')
+        return Path(name).read_text(encoding='utf-8')
     except OSError as error:
-        raise UsageError(f"the file '{file}' cannot be read: {error.strerror}") from None
+        raise UsageError(f"the {kind} '{Path(name)}' cannot be read: {error.strerror}") from None
+
+
+def robot_state_publisher(argv: Sequence[str] | None = None) -> int:
+    """
+    Publish until SIGINT or SIGTERM.
+
+    :param argv: the words that the upstream program would get; the first may be a URDF file.
+    :returns: 0 after a signal, 2 without a robot description.
+    """
+    words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    try:
+        arguments = read_node_arguments(ros_args, 'robot_state_publisher')
+        given = bool(arguments.values.get(DESCRIPTION))
+        urdf = '' if given or not words else _read('URDF file', words[0])
+        return spin('robot_state_publisher', ros_args, lambda node: _publish(node, urdf))
+    except ArmsimError as error:
+        print(error, file=sys.stderr, flush=True)
+        return USAGE_STATUS
+
+
+def _publish(node: Node, urdf: str) -> RobotStatePublisher:
+    if urdf:
+        node.get_logger().warning(
+            f"no parameter '{DESCRIPTION}': the first argument is taken as a URDF file")
+    publisher = RobotStatePublisher(node, urdf)
+
+    def take(message: JointState) -> None:
+        publisher.take(message.name, message.position, ns_from_time(message.header.stamp))
+
+    node.create_subscription(
+        JointState, 'joint_states', take,
+        qos_profile_sensor_data,
+        qos_overriding_options=QoSOverridingOptions.with_default_policies())
+    return publisher

@@ -8,9 +8,9 @@ import pytest
 
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.sim.camera.camera import Snapshot, take_snapshot
-from armsim_ros.sim.camera.scene_renderer import PlantCopy
+from armsim_ros.sim.camera import Snapshot, take_snapshot
 from armsim_ros.sim.physics.compiler import model_to_bytes
+from armsim_ros.sim.scene_renderer import PlantCopy
 from armsim_ros.sim.simulation import Simulation
 
 BALL = {'type': 'sphere', 'radius': 0.05}

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from armsim_ros.sim.camera.camera import Camera, measured, Picture, points
+from armsim_ros.sim.camera import Camera, measured, Picture, points
 
 CAMERA = Camera('camera', 'body', tuple(np.eye(4).ravel()), '', 4, 2, 2.0, (0.1, 10.0), 1)
 

@@ -10,7 +10,7 @@ from armsim_ros.cli.arguments import parse_arguments
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.config.simulation import CameraSettings
 from armsim_ros.errors import SimulationError
-from armsim_ros.sim.camera.camera import cameras_of
+from armsim_ros.sim.camera import cameras_of
 
 
 @pytest.fixture(scope='module')

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from armsim_ros.data.dataset import DataSet, EpisodeData
 from armsim_ros.data.features import checked_size, Feature, picture_stats
 from armsim_ros.data.features import IMAGES as IMAGE_FEATURES
-from armsim_ros.data.recordings.topic_map import (
+from armsim_ros.data.topic_map import (
     IMAGES,
     names_of,
     numbers_of,
