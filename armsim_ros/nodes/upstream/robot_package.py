@@ -137,8 +137,6 @@ def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     missing = [name for name in (URDF, SEMANTIC) if not values.get(name)]
     if missing:
-        from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
-
         values.update(wait_for_descriptions(arguments, missing, missing))
     package = RobotPackage(folder, str(values[URDF]), str(values[SEMANTIC]))
     package.add_move_group(values)

@@ -27,6 +27,7 @@ from armsim_ros.nodes.upstream.robot_package import (
     RobotPackage,
     SEMANTIC,
     URDF,
+    wait_for_descriptions,
 )
 
 _BLOCK = 'moveit_servo.'
@@ -141,18 +142,15 @@ def ros2_control_node(argv: Sequence[str] | None = None) -> int:
 
     :returns: the exit status of the simulation.
     """
-    from armsim_ros.nodes.robot_program import simulation
+    return _run('controller_manager', robot_program.simulation, _described_simulation, argv)
 
-    with TemporaryDirectory(prefix=PREFIX) as folder:
-        try:
-            _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
-            arguments = read_node_arguments(ros_args, 'controller_manager')
-            urdf = arguments.values.get(_DESCRIPTION) or _from_topic(arguments)
-            words = simulation_words(str(urdf), arguments, Path(folder))
-        except ArmsimError as error:
-            print(error, file=sys.stderr, flush=True)
-            return USAGE_STATUS
-        return simulation(words)
+
+def _described_simulation(arguments: NodeArguments, folder: Path) -> list[str]:
+    urdf = arguments.values.get(_DESCRIPTION)
+    if not urdf:
+        topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
+        urdf = next(iter(wait_for_descriptions(arguments, topics).values()))
+    return simulation_words(str(urdf), arguments, folder)
 
 
 def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[str]:
@@ -201,10 +199,3 @@ def _broadcasters(values: Mapping[str, object]) -> list[str]:
 def _is_of_the_launch(text: str) -> bool:
     """Return whether a parameter file holds the description or ours, and no controllers."""
     return (f'{_DESCRIPTION}:' in text and '<robot' in text) or f'{PLACEMENT}packages_path' in text
-
-
-def _from_topic(arguments: NodeArguments) -> str:
-    from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
-
-    topics = (_DESCRIPTION, f'{arguments.name}/{_DESCRIPTION}')
-    return next(iter(wait_for_descriptions(arguments, topics).values()))

@@ -56,7 +56,7 @@ def joint_state_publisher(argv: Sequence[str] | None = None) -> int:
     try:
         return spin(
             'joint_state_publisher', ros_args, lambda node: JointStatePublisher(node, words),
-                    automatically_declare_parameters_from_overrides=True)
+            automatically_declare_parameters_from_overrides=True)
     except DependentJointError as error:
         print(error, file=sys.stderr, flush=True)
         return 1

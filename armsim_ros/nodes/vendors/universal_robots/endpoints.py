@@ -53,16 +53,18 @@ class Freedrive:
 class UniversalRobots(Endpoints):
     """Dashboard, state helper and URScript of an arm, and what its controllers offer."""
 
+    def __init__(self, nodes: ArmNodes) -> None:
+        super().__init__(nodes)
+        self._controllers: list[IoAndStatus | Freedrive] = []
+
     def create(self) -> None:
         """Create the nodes that are programs of their own beside the real arm."""
-        self._controllers: list[IoAndStatus | Freedrive] = getattr(self, '_controllers', [])
         Dashboard(self.nodes)
         self._helper = StateHelper(self.nodes)
         UrScript(self.nodes)
 
     def open(self, controller: Controller[Any], node: Node) -> None:
         """Create what a controller of ``ur_controllers`` offers."""
-        self._controllers = getattr(self, '_controllers', [])
         kind = controller.type.rpartition('/')[2]
         if kind == 'GPIOController':
             self._controllers.append(IoAndStatus(self.nodes, controller, node))
@@ -79,8 +81,3 @@ class UniversalRobots(Endpoints):
     def pending(self) -> int:
         """Goals of ``set_mode`` without a result."""
         return self._helper.pending
-
-
-def create(nodes: ArmNodes) -> Endpoints:
-    """Return the endpoints of an arm."""
-    return UniversalRobots(nodes)
