@@ -12,7 +12,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.sim.drives.period import product
+from armsim_ros.sim.drives.reference import product
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
 
 #: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].

@@ -14,8 +14,12 @@ from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.sim.drives.drive_modes import Followed, TUNING_STEPS
-from armsim_ros.sim.drives.period import PeriodBasis
-from armsim_ros.sim.drives.reference import CommandInterpolator, DrivenLimits, fingers_driven
+from armsim_ros.sim.drives.reference import (
+    CommandInterpolator,
+    DrivenLimits,
+    fingers_driven,
+    PeriodBasis,
+)
 from armsim_ros.sim.drives.reference_inputs import ReferenceInputs
 
 
