@@ -11,11 +11,9 @@ from armsim_ros.config.move_group.sensors_3d import OctomapSettings, PointCloudS
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.planning.occupancy.scene_map import SceneMap, Sight
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.sim.camera.camera import Camera, cameras_of
-from armsim_ros.sim.camera.ray_picture import ray_picture
-from armsim_ros.sim.camera.scene_renderer import PlantCopy
-from armsim_ros.sim.camera.snapshot import take_snapshot
+from armsim_ros.sim.camera import Camera, cameras_of, take_snapshot
 from armsim_ros.sim.physics.compiler import model_to_bytes
+from armsim_ros.sim.scene_renderer import PlantCopy, ray_picture
 from armsim_ros.sim.simulation import Simulation
 
 #: Every n-th row and column is measured: at 640 pixels a centimetre apart at 1.5 m.

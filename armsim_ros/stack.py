@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.control.gripper.base import GripperGoal
+from armsim_ros.control.gripper.gripper_controller import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.safety.arm_state import Cause
 from armsim_ros.control.trajectory.goal import TrajectoryGoal

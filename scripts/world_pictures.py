@@ -45,7 +45,7 @@ def octomap() -> None:
 
     from armsim_ros import ArmSim
     from armsim_ros.model.world_objects import WorldObject
-    from armsim_ros.nodes.web.scene.octomap_drawing import height_colors
+    from armsim_ros.nodes.web.parts.octomap import height_colors
 
     sim = ArmSim('sunday', overrides={'planning_parameters.scene_from_world': 'false'})
     sim.simulation.world.add(WorldObject.of_shape('post', POST, pose_matrix(PLACE)))
@@ -103,10 +103,9 @@ def feeding_place() -> None:
     from armsim_ros.cli.settings import cell_of
     from armsim_ros.config.simulation import CameraSettings
     from armsim_ros.sim.assembly import build_simulation
-    from armsim_ros.sim.camera.camera import cameras_of
-    from armsim_ros.sim.camera.scene_renderer import SceneRenderer
-    from armsim_ros.sim.camera.snapshot import take_snapshot
+    from armsim_ros.sim.camera import cameras_of, take_snapshot
     from armsim_ros.sim.physics.compiler import model_to_bytes
+    from armsim_ros.sim.scene_renderer import SceneRenderer
 
     cell, _ = cell_of(parse_arguments(['robot:=sunday', 'world:=feeding_place']))
     simulation = build_simulation(cell.settings, cell.model)

@@ -27,7 +27,7 @@ from armsim_ros.cli.settings import cell_of
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.bridge.settings import parse_bridge_arguments
-from armsim_ros.nodes.web.arguments import parse_web_arguments
+from armsim_ros.nodes.web.main import parse_web_arguments
 
 TUTORIAL, LIBRARY = ROOT / 'docs/tutorial.md', ROOT / 'docs/library.md'
 BLOCKS = all_blocks()

@@ -99,7 +99,7 @@ class StreamedArm:
 
     def pictures(self) -> dict[str, NDArray[np.uint8]]:
         """Return camera -> its last picture (h, w, 3)."""
-        from armsim_ros.data.recordings.messages import picture_of
+        from armsim_ros.data.topic_map import picture_of
 
         return {name: picture_of(topic.get(), 'sensor_msgs/msg/Image', name)
                 for name, topic in self._pictures.items()}

@@ -40,7 +40,7 @@ from armsim_ros.clients.controller_manager import ControllerManagerClient, Param
 from armsim_ros.clients.latest_message import JointStates
 from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.data.evaluate import MEASURED_AT
-from armsim_ros.env.mirror import Mirror
+from armsim_ros.env.motion import Mirror
 from armsim_ros.env.ranges import Episode
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.nodes.conversions.time import ns_from_time

@@ -20,8 +20,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings
-from armsim_ros.control.events import ControllerEvent, EventQueue
 from armsim_ros.control.hardware_interface import HardwareInterface
+from armsim_ros.control.mailbox import ControllerEvent, EventQueue
 from armsim_ros.errors import ControllerError, nearest
 from armsim_ros.model.robot_model import RobotModel
 
@@ -124,20 +124,6 @@ class ControllerContext:
     obstacle: Callable[[], str] = lambda: ''
 
 
-class ClaimsNothing:
-    """The part of a controller that neither claims nor needs interfaces."""
-
-    @property
-    def required_command_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
-    def required_state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-
 class Controller(ABC, Generic[ParametersT]):
     """
     A controller.
@@ -231,14 +217,14 @@ class Controller(ABC, Generic[ParametersT]):
         return rate or self.context.update_rate
 
     @property
-    @abstractmethod
     def required_command_interfaces(self) -> tuple[str, ...]:
         """Interfaces to claim, as ``joint/interface``."""
+        return ()
 
     @property
-    @abstractmethod
     def required_state_interfaces(self) -> tuple[str, ...]:
         """Interfaces to read, as ``joint/interface``."""
+        return ()
 
     @property
     def reads_all_states(self) -> bool:
@@ -319,9 +305,8 @@ class Controller(ABC, Generic[ParametersT]):
         :param period: from each to the next [s].
         """
 
-    @abstractmethod
     def process_requests(self, time_ns: int) -> None:
-        """Take up what other threads requested, while time is paused."""
+        """Take up what other threads requested, while time is paused; commands wait."""
 
     def set_parameters(self, changes: Settings | Mapping[str, Any]) -> None:
         """

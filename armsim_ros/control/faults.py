@@ -17,9 +17,9 @@ import numpy as np
 
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import JointFault
+from armsim_ros.control.controllers import ManagerGroup
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.errors import ControllerError, nearest
 
 

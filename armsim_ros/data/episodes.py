@@ -16,8 +16,15 @@ import gymnasium
 import numpy as np
 
 from armsim_ros.data.dataset import EpisodeData
-from armsim_ros.data.features import ACTION, DONE, frames_of, IMAGES, REWARD, SUCCESS
-from armsim_ros.data.stats import picture_stats
+from armsim_ros.data.features import (
+    ACTION,
+    DONE,
+    frames_of,
+    IMAGES,
+    picture_stats,
+    REWARD,
+    SUCCESS,
+)
 from armsim_ros.data.video import encoded
 from armsim_ros.env.ranges import stream
 from armsim_ros.errors import ArmsimError, ConfigError, nearest, Problem

@@ -16,7 +16,7 @@ if 'mujoco' not in sys.modules and not os.environ.get('DISPLAY'):
 from gymnasium import register
 
 from armsim_ros.env.arm_env import ArmEnv
-from armsim_ros.env.state import EnvState
+from armsim_ros.env.options import EnvState
 from armsim_ros.env.vector import ArmVectorEnv
 
 __all__ = ['ArmEnv', 'ArmVectorEnv', 'EnvState']

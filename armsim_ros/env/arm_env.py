@@ -17,15 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.env.actions import ActionKind, Actions, KINDS
+from armsim_ros.env.actions import ActionKind, Actions, KINDS, Observations
 from armsim_ros.env.motion import JointMotion, Motion
-from armsim_ros.env.observations import Observations
-from armsim_ros.env.options import checked_choices, own_options
-from armsim_ros.env.pushes import Pushes
+from armsim_ros.env.options import checked_choices, EnvState, own_options
 from armsim_ros.env.ranges import drawn, Episode, Quantity, Ranges, ranges_from, stream
 from armsim_ros.env.rendering import Renderer, View, view_from
-from armsim_ros.env.state import EnvState
-from armsim_ros.env.variation import Variation
+from armsim_ros.env.variation import Pushes, Variation
 from armsim_ros.errors import ConfigError, Problem, SimulationError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell import Cell

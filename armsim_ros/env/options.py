@@ -1,14 +1,17 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of environments: choices, and the options of ``reset`` that are meant for them."""
+"""Arguments of environments: choices, the options of ``reset``, and saved states."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from armsim_ros.env.ranges import flat
+from armsim_ros.arrays import Vector
+from armsim_ros.env.ranges import Episode, flat
 from armsim_ros.errors import ConfigError, nearest, Problem
+from armsim_ros.sim.physics.saved_state import SimulationState
 
 #: So many letters may differ for a key to count as misspelled.
 _TYPOS = 2
@@ -62,3 +65,26 @@ def _distance(first: str, second: str) -> int:
         for j, b in enumerate(second, start=1):
             previous, row[j] = row[j], min(row[j] + 1, row[j - 1] + 1, previous + (a != b))
     return row[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class EnvState:
+    """
+    All that the future of an environment depends on; opaque, may be pickled.
+
+    :param episode: what was drawn.
+    :param simulation: physics and drives.
+    :param target: (n,) the last command [rad or m].
+    :param steps: done in the episode.
+    :param waiting: actions that latency holds back.
+    :param random: of the environment's random numbers, of the noise and of the pushes.
+    :param task: what a task remembers of the episode.
+    """
+
+    episode: Episode
+    simulation: SimulationState
+    target: Vector
+    steps: int
+    waiting: tuple[Vector, ...]
+    random: tuple[Mapping[str, Any], ...]
+    task: Mapping[str, Any]

@@ -1,17 +1,19 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Puts what was drawn for an episode into the compiled physics, without compiling it again."""
+"""Puts what was drawn for an episode into the compiled physics, and pushes the arm at random."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import mujoco
 
-from armsim_ros.env.ranges import Episode, number, Quantity, Value
+from armsim_ros.env.ranges import Episode, number, Quantity, stream, Value
 from armsim_ros.model.transforms import pose_matrix, quat_wxyz_from_matrix
 from armsim_ros.sim.physics.mujoco_model import object_body_name
+from armsim_ros.sim.simulation import Simulation
 from armsim_ros.stack import ArmSim
 
 POSITIVE = Quantity(low=0.0, above=True)
@@ -73,8 +75,7 @@ class Variation:
                 known[f'objects.{name}.size'] = POSITIVE
         for name in self._joints:
             known[f'joints.{name}'] = scalar
-            known |= {f'joints.{name}.{what}': STD
-                      for what in ('damping', 'friction', 'armature')}
+            known |= {f'joints.{name}.{what}': STD for what in ('damping', 'friction', 'armature')}
         known |= {'gains': POSITIVE, 'gravity': vector,
                   'latency': Quantity(1, 0.0, LONGEST_LATENCY, whole=True)}
         known |= {f'noise.{what}': STD
@@ -200,3 +201,47 @@ def field_of_view(focal: float) -> float:
     """Return MuJoCo's vertical field of view [degrees] of a focal length in picture heights."""
     return math.degrees(2.0 * math.atan(0.5 / focal))
 
+
+FORCE, INTERVAL = 'pushes.force', 'pushes.interval'
+#: Time from push to push where none is given [s].
+_INTERVAL = 1.0
+
+
+class Pushes:
+    """
+    Pushes a link, for a step at a time, in random directions.
+
+    :param link: that is pushed at its centre of mass.
+    :param period: time of a step [s].
+    """
+
+    #: What can be drawn: the force of all pushes of an episode [N], and the time between two [s].
+    KNOWN: ClassVar[Mapping[str, Quantity]] = {
+        FORCE: Quantity(low=0.0), INTERVAL: Quantity(low=0.0, above=True)}
+
+    def __init__(self, link: str, period: float) -> None:
+        self._link, self._period = link, period
+        self.begin(Episode({}, 0))
+
+    def begin(self, episode: Episode) -> None:
+        """Begin an episode; nothing acts yet."""
+        self._force = episode.get(FORCE, 0.0)
+        interval = episode.get(INTERVAL, _INTERVAL)
+        self._steps = max(1, round(interval / self._period))
+        self.random = stream(episode.seed, 'pushes')
+
+    def act(self, simulation: Simulation, step: int) -> None:
+        """
+        Have act what belongs to a step.
+
+        :param step: number of the step in its episode, from 0.
+        """
+        if not self._force:
+            return
+        due, ended = (step + 1) % self._steps == 0, step and step % self._steps == 0
+        if due:
+            x, y, z = self.random.normal(size=3).tolist()
+            factor = self._force / math.sqrt(x * x + y * y + z * z)
+            simulation.apply_wrench(self._link, (factor * x, factor * y, factor * z))
+        elif ended:
+            simulation.apply_wrench(self._link)

@@ -10,9 +10,11 @@ from typing import Any
 
 from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.gripper.base import GripperGoal, GripperResponse, GripperResult
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
+    GripperGoal,
+    GripperResponse,
+    GripperResult,
     ParallelGripperController,
 )
 from armsim_ros.control.mailbox import GoalStatus

@@ -126,8 +126,7 @@ def _ros_value(value: Any) -> Any:
 
 def _descriptor(info: FieldInfo, kind: Parameter.Type, read_only: bool) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
-        description=info.description or '', read_only=read_only, type=kind.value
-    )
+        description=info.description or '', read_only=read_only, type=kind.value)
     if get_origin(info.annotation) is Literal:
         words = ', '.join(str(word) for word in get_args(info.annotation))
         descriptor.additional_constraints = f'one of: {words}'

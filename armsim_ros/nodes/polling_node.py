@@ -56,7 +56,6 @@ class GuardedNode(Node):
     make, such as a parameter of an unknown type; their clients would wait for ever. They get a
     response in which nothing was done, and where it has room for that, why.
 
-    :param name: of the node.
     :param options: those of ``rclpy.node.Node``.
     """
 
@@ -73,8 +72,7 @@ class GuardedNode(Node):
         """Serve, a burst of requests too; a callback that fails is logged and answered for."""
         options.setdefault('qos_profile', qos.SERVICES)
         return super().create_service(
-            srv_type, srv_name, self._guarded(srv_type, callback), **options
-        )
+            srv_type, srv_name, self._guarded(srv_type, callback), **options)
 
     def destroy_node(self) -> None:
         """Take all endpoints down; those of actions, too, which rclpy leaves to their makers."""
@@ -148,7 +146,6 @@ class PollingNode(GuardedNode):
     middleware, which keeps the newest; a caller of ``catch_up`` before each callback has in each
     of them the state, and the time, of that moment.
 
-    :param name: of the node.
     :param clock_when_asked: follow ``/clock`` only from ``follow_clock`` on.
     :param options: those of ``rclpy.node.Node``.
     """
@@ -177,8 +174,7 @@ class PollingNode(GuardedNode):
         :param raw: hand over serialized messages.
         """
         subscription = super().create_subscription(
-            kind, topic, receive, profile, callback_group=self._outside, raw=raw
-        )
+            kind, topic, receive, profile, callback_group=self._outside, raw=raw)
         self._polled = (*self._polled, subscription)
         return subscription
 
@@ -188,8 +184,7 @@ class PollingNode(GuardedNode):
     ) -> Subscription | None:
         """Subscribe; to ``/clock``, as the time source does, without waking the executor."""
         if topic == CLOCK_TOPIC:
-            self._subscribe_to_clock = partial(
-                self.poll, msg_type, topic, callback, qos_profile)
+            self._subscribe_to_clock = partial(self.poll, msg_type, topic, callback, qos_profile)
             return None if self._clock_when_asked else self._subscribe_to_clock()
         return super().create_subscription(msg_type, topic, callback, qos_profile, **options)
 

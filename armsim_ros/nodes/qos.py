@@ -11,17 +11,17 @@ publisher, best effort, volatile and of depth 1 for a subscription.
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionServer
+from rclpy.action.server import ServerGoalHandle
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    QoSDurabilityPolicy,
-    QoSHistoryPolicy,
-    QoSProfile,
-    QoSReliabilityPolicy,
-)
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.task import Future
 from std_msgs.msg import String
 
 from armsim_ros.nodes import qos
@@ -35,8 +35,7 @@ def _profile(
     **more: Duration,
 ) -> QoSProfile:
     return QoSProfile(
-        reliability=reliability, durability=durability, depth=depth, history=history, **more
-    )
+        reliability=reliability, durability=durability, depth=depth, history=history, **more)
 
 
 STATE = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)
@@ -75,11 +74,7 @@ upstream's "system default".
 """
 
 SERVICES = _profile(
-    QoSReliabilityPolicy.RELIABLE,
-    QoSDurabilityPolicy.VOLATILE,
-    0,
-    QoSHistoryPolicy.KEEP_ALL,
-)
+    QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.VOLATILE, 0, QoSHistoryPolicy.KEEP_ALL)
 """Services: a burst of requests loses none."""
 
 ACTION_SERVICES = dict.fromkeys(
@@ -129,7 +124,6 @@ class WantedPublisher:
     without subscribers is not composed; where late subscribers get the last message, as with the
     state of a controller, it is renewed now and then.
 
-    :param node: the node that publishes.
     :param kind: the message type.
     """
 
@@ -139,11 +133,7 @@ class WantedPublisher:
         self._published_ns: int | None = None
 
     def wanted(self, time_ns: int) -> bool:
-        """
-        Return whether a message is needed now.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Return whether a message is needed now."""
         if self.count:
             return True
         if not self._latched:
@@ -174,7 +164,6 @@ class CalmSubscribers:
 
     A program that reads states now and then is content with fewer messages while nothing moves.
 
-    :param node: the node that publishes.
     :param publisher: its publisher of the topic.
     """
 
@@ -186,11 +175,7 @@ class CalmSubscribers:
         self._calm = False
 
     def __call__(self, time_ns: int) -> bool:
-        """
-        Return whether there are no others.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Return whether there are no others."""
         count = self._publisher.get_subscription_count()
         if count != self._count or not 0 <= time_ns - self._searched_ns < GRAPH_PERIOD_NS:
             self._count, self._searched_ns = count, time_ns
@@ -199,3 +184,40 @@ class CalmSubscribers:
             self._calm = len(known) >= count and all(
                 each.node_name in CALM_NODES for each in known)
         return self._calm
+
+
+class KeptResults:
+    """
+    The results of an action server: of the goals that ended last, and of no others.
+
+    A client that requests a result that is no longer kept is answered that the goal is not known.
+
+    :param server: whose ``result_timeout`` is in the node's time, as fast as that may run.
+    :param most: how many are kept.
+    """
+
+    def __init__(self, server: ActionServer, most: int) -> None:
+        self._server = server
+        self._most = most
+        self._ended: deque[ServerGoalHandle] = deque()
+
+    def add(self, goal: ServerGoalHandle) -> None:
+        """Keep the result of a goal that ends now; of those before, the requests no longer."""
+        if self._ended:
+            self._ended[-1]._goal_request = None
+        self._ended.append(goal)
+        while len(self._ended) > self._most:
+            self._forget(self._ended.popleft())
+
+    def _forget(self, goal: ServerGoalHandle) -> None:
+        """Let go of the messages of a goal whose result was sent long ago; rclpy never does."""
+        server, key = self._server, bytes(goal.goal_id.uuid)
+        if key not in server._result_futures:
+            return  # its time was up
+        unknown = server._action_type.Impl.GetResultService.Response()
+        unknown.status = GoalStatus.STATUS_UNKNOWN
+        forgotten = Future()
+        forgotten.set_result(unknown)
+        server.remove_future(server._result_futures[key])
+        server._result_futures[key] = forgotten
+        server.add_future(forgotten)

@@ -66,9 +66,7 @@ class RobotProgram(Protocol):
         """End ``run``; from a signal handler too."""
 
 
-def serve(
-    module: str, name: str, argv: Sequence[str] | None, *, watched: bool = True
-) -> int:
+def serve(module: str, name: str, argv: Sequence[str] | None, *, watched: bool = True) -> int:
     """
     Run a program until SIGINT or SIGTERM.
 

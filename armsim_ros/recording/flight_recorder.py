@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
 from armsim_ros.control.trajectory.goal import TrajectoryGoal

@@ -10,7 +10,7 @@ from typing import Any, TYPE_CHECKING
 
 from mcap_ros2.writer import Writer
 
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.recording.message_definitions import message_definition
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 

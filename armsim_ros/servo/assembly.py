@@ -9,17 +9,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.config.servo import (
-    BUTTERWORTH,
-    RUCKIG,
-    ServoNodeSettings,
-    ServoParameters,
-)
+from armsim_ros.config.servo import BUTTERWORTH, RUCKIG, ServoNodeSettings, ServoParameters
 from armsim_ros.errors import ArmsimError, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.servo.proximity import Proximity
 from armsim_ros.servo.smoothing import (
     AccelerationFilter,
     ButterworthFilter,
@@ -27,7 +21,7 @@ from armsim_ros.servo.smoothing import (
     NoFilter,
     SmoothingFilter,
 )
-from armsim_ros.servo.speed_limits import JointBounds
+from armsim_ros.servo.speed_limits import JointBounds, Proximity
 from armsim_ros.servo.stream import ServoStream
 from armsim_ros.servo.target_velocity import TargetVelocity
 

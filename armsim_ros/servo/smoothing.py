@@ -123,8 +123,7 @@ class AccelerationFilter(SmoothingFilter):
         speed = np.minimum(np.minimum(self._fastest, braking), way / self._period)
         requested = np.copysign(speed, distance)
         self._velocity = np.clip(
-            requested, self._velocity - self._change, self._velocity + self._change
-        )
+            requested, self._velocity - self._change, self._velocity + self._change)
         self._position = self._position + self._velocity * self._period
         return self._position
 

@@ -12,9 +12,8 @@ import numpy as np
 from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.servo.commands import Command, Finding, NOTHING, Twist, weightiest
-from armsim_ros.servo.proximity import Proximity
 from armsim_ros.servo.smoothing import SmoothingFilter
-from armsim_ros.servo.speed_limits import JointBounds
+from armsim_ros.servo.speed_limits import JointBounds, Proximity
 from armsim_ros.servo.target_velocity import TargetVelocity
 from armsim_ros.servo.way_out import WayOut
 
@@ -153,8 +152,7 @@ class ServoStream:
                 requested.velocity, requested.cartesian, q, parameters, findings)
         period = parameters.publish_period
         coming = self.bounds.accelerate(self._velocity, velocity, period)
-        self._velocity = self.bounds.brake_in_time(
-            self._position, self._velocity, coming, period)
+        self._velocity = self.bounds.brake_in_time(self._position, self._velocity, coming, period)
         if isinstance(command, Twist):
             self._add_way_out(command, q, parameters, velocity, findings)
         self._position = self._position + self._velocity * period
@@ -197,8 +195,7 @@ class ServoStream:
             else parameters.halt_all_joints_in_joint_mode
         )
         velocity, finding = self.bounds.limit_position(
-            self._position, velocity, parameters.publish_period, all_halt=all_halt
-        )
+            self._position, velocity, parameters.publish_period, all_halt=all_halt)
         if finding is not None:
             findings.append(finding)
         if parameters.check_collisions and velocity.any():
@@ -208,9 +205,7 @@ class ServoStream:
             velocity = velocity * factor
         return velocity
 
-    def _collision_factor(
-        self, velocity: Vector, q: Vector, parameters: ServoParameters
-    ) -> float:
+    def _collision_factor(self, velocity: Vector, q: Vector, parameters: ServoParameters) -> float:
         """Look every few cycles at where the arm would come to rest."""
         period = parameters.publish_period
         if self._cycles_to_look > 0:
@@ -225,9 +220,7 @@ class ServoStream:
         ahead[self.target.indices] += (
             coasting + share * velocity * period * (2 + self._cycles_to_look)
         )
-        self._factor, self._collision = self._proximity.factor(
-            q, self.target.complete(ahead)
-        )
+        self._factor, self._collision = self._proximity.factor(q, self.target.complete(ahead))
         return self._factor
 
     def _forget_collisions(self) -> None:

@@ -127,8 +127,7 @@ class TargetVelocity:
         velocity = np.zeros(len(self.indices))
         if factor > 0.0:
             velocity[self._columns] = self._joints(
-                q, jacobian, factor * twist, parameters.publish_period
-            )
+                q, jacobian, factor * twist, parameters.publish_period)
         return Wanted(velocity, True, findings)
 
     def progress(

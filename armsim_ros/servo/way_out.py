@@ -13,8 +13,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.errors import PlanningError
 from armsim_ros.servo.commands import InvalidCommandError, Twist
-from armsim_ros.servo.proximity import Proximity
-from armsim_ros.servo.speed_limits import JointBounds
+from armsim_ros.servo.speed_limits import JointBounds, Proximity
 from armsim_ros.servo.target_velocity import TargetVelocity
 
 DISTANCE = 0.025

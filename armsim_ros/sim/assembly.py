@@ -25,14 +25,13 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import is_foreign_world
+from armsim_ros.control.controllers import ManagerGroup
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
-from armsim_ros.control.hardware_interface import HardwareInterface, POSITION
+from armsim_ros.control.hardware_interface import HardwareInterface, POSITION, SharedHardware
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.manager.manager_group import ManagerGroup
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.control.safety.monitor import StopMonitor
-from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot
@@ -179,8 +178,7 @@ def build_managers(cell: Cell, hardware: HardwareInterface) -> dict[str, Control
     """
     if len(cell.robots) == 1 and cell.robots[0].model is cell.model:
         robot = cell.robots[0]
-        return {robot.name: build_manager(
-            robot.settings, robot.model, hardware, vendor_of(robot))}
+        return {robot.name: build_manager(robot.settings, robot.model, hardware, vendor_of(robot))}
     shared = SharedHardware(hardware)
     managers: dict[str, ControllerManager] = {}
     problems: list[Problem] = []

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from armsim_ros.config.simulation import checked_factor
+from armsim_ros.errors import ControllerError
 
 
 class SimClock:
@@ -83,3 +84,21 @@ class SimClock:
     def behind_ns(self, wall_ns: int) -> int:
         """Return by how much simulated time is behind a wall clock's time [ns]."""
         return wall_ns - self.now_ns
+
+
+def steps_per_update(step_ns: int, update_rate: float) -> int:
+    """
+    Return how many physics steps a control period holds.
+
+    :param step_ns: time of a physics step [ns].
+    :param update_rate: rate of the controllers [Hz].
+    :raises ControllerError: the period does not hold a whole number of steps.
+    """
+    steps = round(1e9 / (update_rate * step_ns))
+    if steps < 1 or abs(steps * step_ns * update_rate * 1e-9 - 1.0) > 1e-6:
+        highest = 1e9 / step_ns
+        fitting = ', '.join(f'{highest / n:g}' for n in (1, 2, 4, 5, 10))
+        raise ControllerError(
+            f'an update rate of {update_rate:g} Hz does not fit a timestep of '
+            f'{step_ns * 1e-9:g} s; allowed: {highest:g} Hz by a whole number, such as {fitting}')
+    return steps

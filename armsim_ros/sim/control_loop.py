@@ -22,7 +22,8 @@ from typing import Any, TypeVar
 
 from armsim_ros.control.controllers import Controllers
 from armsim_ros.control.mailbox import Mailbox
-from armsim_ros.errors import ControllerError, SimulationError
+from armsim_ros.errors import SimulationError
+from armsim_ros.sim.clock import steps_per_update
 from armsim_ros.sim.pacer import Alarm, Pacer, PaceStatistics, prioritize_thread
 from armsim_ros.sim.simulation import MOST_PLANNED, Simulation
 
@@ -47,9 +48,7 @@ class _Listener:
 
     __slots__ = ('due_ns', 'function', 'period_ns')
 
-    def __init__(
-        self, period_ns: int, function: Callable[[int], object], due_ns: int = 0
-    ) -> None:
+    def __init__(self, period_ns: int, function: Callable[[int], object], due_ns: int = 0) -> None:
         self.period_ns, self.function, self.due_ns = period_ns, function, due_ns
 
     def steps_until_due(self, now_ns: int, step_ns: int) -> int:
@@ -376,10 +375,7 @@ class ControlLoop:
 
     def poll_faults(self) -> list[str]:
         """Return the faults of the physics since the last call; from any thread."""
-        faults = []
-        while self._faults:
-            faults.append(self._faults.popleft())
-        return faults
+        return [self._faults.popleft() for _ in range(len(self._faults))]
 
     def _serve(self) -> None:
         if not self._requests:
@@ -391,21 +387,3 @@ class ControlLoop:
                 future.set_result(function())
             except Exception as error:  # noqa: BLE001 - it belongs to the caller
                 future.set_exception(error)
-
-
-def steps_per_update(step_ns: int, update_rate: float) -> int:
-    """
-    Return how many physics steps a control period holds.
-
-    :param step_ns: time of a physics step [ns].
-    :param update_rate: rate of the controllers [Hz].
-    :raises ControllerError: the period does not hold a whole number of steps.
-    """
-    steps = round(1e9 / (update_rate * step_ns))
-    if steps < 1 or abs(steps * step_ns * update_rate * 1e-9 - 1.0) > 1e-6:
-        highest = 1e9 / step_ns
-        fitting = ', '.join(f'{highest / n:g}' for n in (1, 2, 4, 5, 10))
-        raise ControllerError(
-            f'an update rate of {update_rate:g} Hz does not fit a timestep of '
-            f'{step_ns * 1e-9:g} s; allowed: {highest:g} Hz by a whole number, such as {fitting}')
-    return steps

@@ -4,18 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import chain
+from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SensorSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import HardwareSensor, JointType, RobotModel
 from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
+from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching
 from armsim_ros.sim.physics.plant import Plant
 
 _LOAD, _MOTION = ('force', 'torque'), ('angular_velocity', 'linear_acceleration')
@@ -169,10 +171,58 @@ def _weighs(model: RobotModel, link: str) -> bool:
 
 
 class SimulatedLinks:
-    """What a simulation answers about the links of its robot."""
+    """What a simulation answers about its bodies and the links of its robot."""
 
     model: RobotModel
     _plant: Plant
+
+    @property
+    def mujoco_model(self) -> Any:
+        """The ``MjModel``, for reading; an edit of the world replaces it."""
+        return self._plant.model
+
+    @property
+    def mujoco_data(self) -> Any:
+        """The ``MjData``, for reading; an edit of the world replaces it."""
+        return self._plant.data
+
+    @property
+    def contacts(self) -> tuple[BodyContact, ...]:
+        """What touched what in the last step, the deepest first."""
+        return contacts(self._plant.model, self._plant.data)
+
+    def touching(self) -> tuple[NDArray[np.int32], Vector]:
+        """
+        Return the contacts of the last step without conversion, for frequent callers.
+
+        :returns: (n, 2) bodies, whose names are in ``body_names``, and (n,) overlaps [m],
+            negative where there is still a gap.
+        """
+        return touching(self._plant.model, self._plant.data)
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of all bodies by number: ``world``, ``robot/link``, ``object/name``."""
+        model = self._plant.model
+        return tuple(model.body(i).name for i in range(model.nbody))
+
+    def body_poses(self) -> tuple[Matrix, Matrix]:
+        """Return where all bodies are in the world: (n, 3) [m] and (n, 4) quaternions wxyz."""
+        return self._plant.data.xpos.copy(), self._plant.data.xquat.copy()
+
+    def decorate(self, edit: Callable[[Any], object]) -> None:
+        """
+        Add to the specification what touches nothing: cameras, lights, marks.
+
+        :param edit: gets the ``MjSpec``; the physics is compiled again after it.
+        :raises SimulationError: MuJoCo refuses it.
+        """
+        edit(self._plant.spec.spec)
+        self._plant.recompile()
+
+    def joint_element(self, name: str) -> str:
+        """Return the name of a joint in the physics."""
+        return self._plant.spec.name(name)
 
     def apply_wrench(
         self, link: str, force: ArrayLike = (0, 0, 0), torque: ArrayLike = (0, 0, 0)

@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-import hashlib
+from collections.abc import Collection, Mapping, Sequence
 import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.config.controllers.pid_controller import PidGains
@@ -23,7 +21,7 @@ from armsim_ros.control.hardware_interface import (
     POSITION,
     UpdatePlan,
 )
-from armsim_ros.errors import nearest, SimulationError
+from armsim_ros.errors import SimulationError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.world_objects import initial_positions, world_objects
 from armsim_ros.sim.clock import SimClock
@@ -32,10 +30,9 @@ from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.reference import fingers_driven
 from armsim_ros.sim.drives.servo import Servo
 from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
-from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
-from armsim_ros.sim.physics.saved_state import SavableSimulation
+from armsim_ros.sim.physics.saved_state import RestorableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of, SimulatedLinks
 from armsim_ros.sim.world.hull_overlaps import resolve_overlaps
 from armsim_ros.sim.world.world_scene import WorldScene
@@ -47,7 +44,7 @@ LONG_PERIOD = 20
 MOST_PLANNED = 100
 
 
-class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
+class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     """
     A robot in its world, moved by MuJoCo in fixed steps.
 
@@ -114,8 +111,7 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         self._command_interfaces = {name: offered_commands(model, name)
                                     for name in self.joint_names}
         self._state_interfaces = {name: offered_states(model, name) for name in self.joint_names}
-        self._sensors = Sensors(
-            model, self._plant, sensors_of(self.settings.sensors, model))
+        self._sensors = Sensors(model, self._plant, sensors_of(self.settings.sensors, model))
         self._mock = MockCommands.of(model)
         self.other_commands = {name: math.nan for system in model.hardware
                                for name in system.other_commands}
@@ -163,30 +159,6 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             *self._servo.stiffness_warnings(),
             *self._overlaps,
         )
-
-    @property
-    def contacts(self) -> tuple[BodyContact, ...]:
-        """What touched what in the last step, the deepest first."""
-        return contacts(self._plant.model, self._plant.data)
-
-    def touching(self) -> tuple[NDArray[np.int32], Vector]:
-        """
-        Return the contacts of the last step without conversion, for frequent callers.
-
-        :returns: (n, 2) bodies, whose names are in ``body_names``, and (n,) overlaps [m],
-            negative where there is still a gap.
-        """
-        return touching(self._plant.model, self._plant.data)
-
-    @property
-    def body_names(self) -> tuple[str, ...]:
-        """Names of all bodies by number: ``world``, ``robot/link``, ``object/name``."""
-        model = self._plant.model
-        return tuple(model.body(i).name for i in range(model.nbody))
-
-    def body_poses(self) -> tuple[Matrix, Matrix]:
-        """Return where all bodies are in the world: (n, 3) [m] and (n, 4) quaternions wxyz."""
-        return self._plant.data.xpos.copy(), self._plant.data.xquat.copy()
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """
@@ -375,113 +347,14 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
             )
         self._plant.read()
 
-    def reset(self) -> None:
-        """Put robot and objects back to the start; time goes on, claims stay."""
-        for gripper in self.vacuum_grippers.values():
-            gripper.switch_off()
-        self._sensors.forget_zeros()
-        self.world.return_to_start()
-        self._plant.reset(self._initial)
-        self._settle_in()
-
-    def begin(self, positions: Mapping[str, float], poses: Mapping[str, Matrix]) -> None:
-        """
-        Begin anew at time 0, without compiling the physics again.
-
-        What was changed in the ``MjModel``, such as a mass, stays.
-
-        :param positions: joint -> [rad or m]; the others start as usual.
-        :param poses: free object -> where it is, (4, 4) in the world.
-        :raises SimulationError: a joint or an object that is not there.
-        """
-        for name in positions:
-            if name not in self.model.active_joints:
-                raise SimulationError(self._undriven(name))
-        start = self._initial
-        if positions:
-            known = dict(zip(self.joint_names, self._initial.tolist(), strict=True))
-            full = self.model.complete({**known, **positions})
-            start = np.array([full[name] for name in self.joint_names])
-        for gripper in self.vacuum_grippers.values():
-            gripper.switch_off()
-            gripper.losses.clear()
-        self.world.return_to_start()
-        self.clock.reset()
-        self._plant.drive(np.zeros(len(self.model.active_joints)))
-
-        def place_objects() -> None:
-            for name, pose in poses.items():
-                self.world.set_pose(name, pose)
-
-        self._plant.reset(start, place_objects)
-        self._settle_in()
-        # Nothing has acted yet, whatever the last run ended with.
-        self.state.effort[:] = self.state.acceleration[:] = 0.0
-        self._written = (b'', 0)
-
-    def decorate(self, edit: Callable[[Any], object]) -> None:
-        """
-        Add to the specification what touches nothing: cameras, lights, marks.
-
-        :param edit: gets the ``MjSpec``; the physics is compiled again after it.
-        :raises SimulationError: MuJoCo refuses it.
-        """
-        edit(self._plant.spec.spec)
-        self._plant.recompile()
-
-    def joint_element(self, name: str) -> str:
-        """Return the name of a joint in the physics."""
-        return self._plant.spec.name(name)
-
     def scale_gains(self, factor: float) -> None:
         """Multiply p, i and d of all drives by a factor, from now on."""
         self._servo.scale_gains(factor)
-
-    def recover(self) -> None:
-        """Put everything at rest where it last was stable, after ``step`` has raised."""
-        for gripper in self.vacuum_grippers.values():
-            gripper.release()
-        self._plant.restore()
-        self._settle_in()
-
-    def set_positions(self, positions: Mapping[str, float]) -> None:
-        """
-        Put joints elsewhere at once, at rest; mimic joints follow.
-
-        :param positions: joint -> [rad or m]; joints that are not there stay.
-        :raises SimulationError: a joint that is not there or that follows another.
-        """
-        for name in positions:
-            joint = self.model.joints.get(name)
-            if joint is None or not joint.active:
-                raise SimulationError(self._undriven(name))
-        now = dict(zip(self.joint_names, self.state.position, strict=True))
-        full = self.model.complete({**now, **positions})
-        self._plant.place(np.array([full[name] for name in self.joint_names]))
-        self._settle_in()
-
-    @property
-    def mujoco_model(self) -> Any:
-        """The ``MjModel``, for reading; an edit of the world replaces it."""
-        return self._plant.model
-
-    @property
-    def mujoco_data(self) -> Any:
-        """The ``MjData``, for reading; an edit of the world replaces it."""
-        return self._plant.data
 
     @property
     def reference_positions(self) -> Vector:
         """Where the drives want all movable joints to be now (n,) [rad or m]."""
         return self._servo.dynamics.expand(self._servo.reference)
-
-    def digest(self) -> str:
-        """Return a hash of all that the future depends on: plant, drives, time."""
-        parts = hashlib.sha256(self._plant.state_bytes())
-        parts.update(self._servo.state_bytes())
-        parts.update(self._bounded)
-        parts.update(self.time_ns.to_bytes(16, 'little', signed=True))
-        return parts.hexdigest()
 
     def _driven(self) -> tuple[JointArrays, JointArrays]:
         """Return commands and feed-forward of the joints with drives."""
@@ -490,19 +363,6 @@ class Simulation(SimulatedLinks, SavableSimulation, HardwareInterface):
         if self._mock is None:
             return views
         return self._mock.arriving(views[0]), self._mock.arriving(views[1])
-
-    def _settle_in(self) -> None:
-        self._inputs[:8] = np.nan
-        self._plant.read()
-        self._servo.dynamics.set_gravity(self._plant.model.opt.gravity)
-        self._servo.restart(self.state.position[self._active])
-
-    def _undriven(self, name: str) -> str:
-        joint = self.model.joints.get(name)
-        if joint is not None and joint.mimic is not None:
-            return f"joint '{name}' follows '{joint.mimic.joint}' and cannot be driven itself"
-        hint = nearest(name, self.model.active_joints) or ', '.join(self.model.active_joints)
-        return f"robot '{self.model.name}' has no joint '{name}' that can be driven; {hint}"
 
 
 def _part(arrays: JointArrays, which: Any) -> JointArrays:

@@ -12,9 +12,7 @@ from gymnasium import register
 
 from armsim_ros.env.vector import vector_of
 from armsim_ros.tasks.base import TaskEnv
-from armsim_ros.tasks.place import PlaceCube, StackCubes
-from armsim_ros.tasks.push import PushCube
-from armsim_ros.tasks.reach import PickCube, Reach
+from armsim_ros.tasks.manipulation import PickCube, PlaceCube, PushCube, Reach, StackCubes
 
 #: Part of the id after ``armsim/`` -> its class.
 TASKS: dict[str, type[TaskEnv]] = {

@@ -25,9 +25,17 @@ from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.stack import ArmSim
 from armsim_ros.tasks.expert import Goal, Steering
 from armsim_ros.tasks.hand import Hand, HandModel
-from armsim_ros.tasks.scene import CAMERAS, decorate, LARGEST_PICTURE, TARGET
 from armsim_ros.tasks.task_observations import OBS_TYPES, ObsType, TaskObservations
-from armsim_ros.tasks.workspace import CUBE, task_cell, Workspace, workspace_of
+from armsim_ros.tasks.workspace import (
+    CAMERAS,
+    CUBE,
+    decorate,
+    LARGEST_PICTURE,
+    TARGET,
+    task_cell,
+    Workspace,
+    workspace_of,
+)
 
 Color = tuple[float, float, float]
 #: A task is done when its condition held in so many steps in a row.
@@ -258,8 +266,7 @@ class TaskEnv(ArmEnv):
         kind, pictures = self._task_observations, None
         if kind.pictures:
             simulation = self._sim.simulation
-            pictures = self._pictures.draw_all(
-                simulation.mujoco_model, simulation.mujoco_data)
+            pictures = self._pictures.draw_all(simulation.mujoco_model, simulation.mujoco_data)
         return kind.compose(self._noisy(now), self.hand.level,
                             self.target if self.mark else None, pictures)
 

@@ -19,5 +19,5 @@ VENDOR = Vendor(
     program=True,
     pace='speed_scaling/speed_scaling_factor',
     tool='tool0',
-    endpoints='armsim_ros.nodes.vendors.universal_robots.endpoints:create',
+    endpoints='armsim_ros.nodes.vendors.universal_robots.endpoints:UniversalRobots',
 )

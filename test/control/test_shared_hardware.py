@@ -7,10 +7,10 @@ import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.simulation import JointFault
+from armsim_ros.control.controllers import ManagerGroup
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.hardware_interface import SharedHardware
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.manager.manager_group import ManagerGroup
-from armsim_ros.control.shared_hardware import SharedHardware
 from armsim_ros.errors import SimulationError
 
 POSITION = frozenset({'position'})

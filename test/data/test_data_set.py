@@ -18,7 +18,7 @@ import pytest
 from armsim_ros.cli.main import main
 from armsim_ros.data import collect, DataSet, EpisodeData, Feature, Plan, replay
 from armsim_ros.data.episodes import EpisodeRunner, made, PolicyError, Source
-from armsim_ros.data.stats import picture_stats, stats_of, together
+from armsim_ros.data.features import picture_stats, stats_of, together
 from armsim_ros.data.video import decoded, encoded
 from armsim_ros.errors import ConfigError
 

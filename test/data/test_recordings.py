@@ -10,8 +10,8 @@ from pyarrow import parquet
 import pytest
 
 from armsim_ros.cli.main import main
-from armsim_ros.data.recordings.convert import convert
-from armsim_ros.data.recordings.topic_map import topic_map, TopicMap
+from armsim_ros.data.recordings import convert
+from armsim_ros.data.topic_map import topic_map, TopicMap
 from armsim_ros.data.video import decoded
 from armsim_ros.errors import ArmsimError, ConfigError
 

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from armsim_ros.env.mirror import Mirror
+from armsim_ros.env.motion import Mirror
 import armsim_ros.tasks  # noqa: F401 - registers the ids
 
 

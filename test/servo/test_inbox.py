@@ -5,8 +5,7 @@
 import pytest
 from servo_streams import jog, twist
 
-from armsim_ros.servo.commands import CommandType, finite_vector
-from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandInbox, CommandType, finite_vector
 
 NOW = 100_000_000_000
 TIMEOUT = 100_000_000

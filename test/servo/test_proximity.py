@@ -7,7 +7,7 @@ import pytest
 from servo_streams import ELBOW_UP, GROUP, Streamer
 
 from armsim_ros.servo.commands import ServoStatus
-from armsim_ros.servo.proximity import Proximity
+from armsim_ros.servo.speed_limits import Proximity
 
 THRESHOLDS = (0.01, 0.02)
 

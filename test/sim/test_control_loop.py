@@ -10,7 +10,8 @@ import pytest
 
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import ControllerError, SimulationError
-from armsim_ros.sim.control_loop import ControlLoop, steps_per_update
+from armsim_ros.sim.clock import steps_per_update
+from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer
 from armsim_ros.sim.simulation import Simulation
 

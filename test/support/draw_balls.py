@@ -12,10 +12,9 @@ import mujoco
 import numpy as np
 
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.sim.camera.camera import Camera, TO_OPTICAL
-from armsim_ros.sim.camera.scene_renderer import SceneRenderer
-from armsim_ros.sim.camera.snapshot import take_snapshot
+from armsim_ros.sim.camera import Camera, take_snapshot, TO_OPTICAL
 from armsim_ros.sim.physics.compiler import model_to_bytes
+from armsim_ros.sim.scene_renderer import SceneRenderer
 
 RADIUS = 0.012
 SIZES = ((640, 480), (320, 200))

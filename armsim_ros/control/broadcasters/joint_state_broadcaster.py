@@ -109,8 +109,7 @@ class _Slots:
         self.template.append(np.nan)
         slots = [[self.owners[name].get(kind, nothing) for name in names] for kind in QUANTITIES]
         dynamic = tuple(
-            (owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in self.owners.items()
-        )
+            (owner, tuple(kinds), tuple(kinds.values())) for owner, kinds in self.owners.items())
         table = np.array(slots, dtype=np.intp).reshape(len(QUANTITIES), len(names))
         return JointStateLayout(tuple(names), table, dynamic)
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.control.controller import Controller, ParametersT
-from armsim_ros.control.events import RepeatedWarning
-from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning, STREAM_CAPACITY
 from armsim_ros.errors import nearest
 
 
@@ -113,9 +112,6 @@ class ChainableController(Controller[ParametersT]):
         for coming in given:  # what was not given stays as it was
             self._wanted = np.where(np.isfinite(coming), coming, self._wanted)
         self.follow(self._wanted, time_ns, period)
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: references wait for time to go on."""
 
     def offer(self, references: Vector) -> str:
         """

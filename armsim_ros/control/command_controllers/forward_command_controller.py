@@ -29,8 +29,7 @@ from armsim_ros.config.controllers.command_controllers import (
 )
 from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.controller import Controller, NEVER_NS
-from armsim_ros.control.events import RepeatedWarning
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning
 from armsim_ros.errors import ControllerError
 
 
@@ -59,11 +58,6 @@ class ForwardController(Controller[ForwardParameters]):
     def required_command_interfaces(self) -> tuple[str, ...]:
         """The interface of each value."""
         return tuple(f'{joint}/{kind}' for joint, kind in self.parameters.targets)
-
-    @property
-    def required_state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
 
     def configure(self) -> None:
         """Look whether everything is named that is needed."""
@@ -127,9 +121,6 @@ class ForwardController(Controller[ForwardParameters]):
         if self._inbox:
             return time_ns
         return NEVER_NS if self._deadline_ns is None else self._deadline_ns
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: commands wait for time to go on."""
 
     def _forget(self) -> None:
         self._inbox.take_all()

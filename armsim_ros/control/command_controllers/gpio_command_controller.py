@@ -14,9 +14,8 @@ from typing import ClassVar
 
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorBroadcaster
-from armsim_ros.control.events import RepeatedWarning
-from armsim_ros.control.mailbox import Mailbox, STREAM_CAPACITY
+from armsim_ros.control.broadcasters.broadcaster import SensorBroadcaster
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning, STREAM_CAPACITY
 from armsim_ros.errors import ControllerError, nearest
 
 Group = tuple[str, Sequence[str], Sequence[float]]

@@ -23,8 +23,7 @@ from armsim_ros.control.command_controllers.chainable_controller import (
     ChainableController,
     NamedValues,
 )
-from armsim_ros.control.command_writer import CommandTargets
-from armsim_ros.control.pid import Pid
+from armsim_ros.control.command_writer import CommandTargets, Pid
 from armsim_ros.errors import ControllerError
 
 

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Vector
 from armsim_ros.config.base import ControllerParameters, Settings
 from armsim_ros.control.arm_dynamics import ArmDynamics
-from armsim_ros.control.controller import ClaimsNothing, Controller, ControllerContext, NEVER_NS
-from armsim_ros.control.events import RepeatedWarning
+from armsim_ros.control.controller import Controller, ControllerContext, NEVER_NS
 from armsim_ros.control.hardware_interface import JointProperties
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import Mailbox, RepeatedWarning
 from armsim_ros.errors import ControllerError
 
 #: The arm stops so long after the last twist [ns].
@@ -27,7 +26,7 @@ ACCELERATION = 10.0
 DAMPING = 0.02
 
 
-class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
+class TwistDrive(Controller[ControllerParameters]):
     """Moves the tool of an arm by twists in its own frame; a device of a controller manager."""
 
     parameters_class: ClassVar[type[Settings]] = ControllerParameters
@@ -91,9 +90,6 @@ class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
         """Rest."""
         self.activate(time_ns)
 
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: twists wait for time to go on."""
-
     def next_update(self, time_ns: int) -> int:
         """Return from when on an update matters [ns]: never at rest."""
         return time_ns if self._inbox or self._reference is not None else NEVER_NS
@@ -121,8 +117,7 @@ class TwistDrive(ClaimsNothing, Controller[ControllerParameters]):
         velocity = self._velocity + change
         limits = self._limits
         reference = np.clip(self._reference + period * velocity, limits.lower, limits.upper)
-        self._velocity = np.where(
-            reference == self._reference + period * velocity, velocity, 0.0)
+        self._velocity = np.where(reference == self._reference + period * velocity, velocity, 0.0)
         self._reference = reference
         hardware, places = self.context.hardware, self._places
         hardware.command.position[places] = reference

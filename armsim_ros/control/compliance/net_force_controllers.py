@@ -24,11 +24,10 @@ from armsim_ros.config.controllers.cartesian_controllers import (
 )
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.command_writer import CommandTargets
-from armsim_ros.control.compliance.ik_solvers import InternalModel, STEP_S
-from armsim_ros.control.compliance.impedance_law import JointBounds, pose_error
+from armsim_ros.control.compliance.tip_forces import InternalModel, JointBounds, pose_error, STEP_S
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties, POSITION
+from armsim_ros.control.mailbox import RepeatedWarning
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
@@ -159,9 +158,6 @@ class NetForceController(Controller[ParametersT]):
             pose, jacobian = model.arm.pose, model.arm.jacobian()
             self._feedback = time_ns, pose, jacobian @ model.velocities
 
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: targets wait for time to go on."""
-
     def net_force(self) -> Vector:
         """Return what shall vanish (6,), in base axes."""
         raise NotImplementedError
@@ -258,8 +254,7 @@ class NetForceController(Controller[ParametersT]):
         kinds, end = self.parameters.command_interfaces, self._model.positions
         self._commanded = self._start + share * (end - self._start)
         self._output.write(np.concatenate(
-            [self._commanded if kind == POSITION else self._model.velocities
-             for kind in kinds]))
+            [self._commanded if kind == POSITION else self._model.velocities for kind in kinds]))
 
     def _drop(self, topic: str, reason: str) -> str:
         if self.active:
@@ -291,8 +286,7 @@ class CartesianForceController(NetForceController[CartesianForceControllerParame
                                  hand=parameters.hand_frame_control)
 
 
-class CartesianComplianceController(
-        NetForceController[CartesianComplianceControllerParameters]):
+class CartesianComplianceController(NetForceController[CartesianComplianceControllerParameters]):
     """``cartesian_compliance_controller/CartesianComplianceController``."""
 
     parameters_class: ClassVar[type[Settings]] = CartesianComplianceControllerParameters

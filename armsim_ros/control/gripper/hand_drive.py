@@ -17,8 +17,7 @@ from armsim_ros.config.controllers.gripper_action_controller import (
 )
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.control.controller import ControllerContext, NEVER_NS
-from armsim_ros.control.gripper.base import GripperGoal
-from armsim_ros.control.gripper.gripper_controller import ParallelGripperController
+from armsim_ros.control.gripper.gripper_controller import GripperGoal, ParallelGripperController
 from armsim_ros.control.mailbox import GoalStatus
 
 #: Stiff enough to press something thin with the whole force [N/m].

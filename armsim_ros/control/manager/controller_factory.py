@@ -11,17 +11,15 @@ from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings, StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.broadcasters.sensor_broadcaster import (
+from armsim_ros.control.broadcasters.broadcaster import (
+    CrispPoseBroadcaster,
+    CrispTwistBroadcaster,
     ForceTorqueSensorBroadcaster,
     IMUSensorBroadcaster,
     PoseBroadcaster,
     SpeedScalingStateBroadcaster,
 )
-from armsim_ros.control.broadcasters.tip_broadcaster import (
-    PoseBroadcaster as CrispPoseBroadcaster,
-)
-from armsim_ros.control.broadcasters.tip_broadcaster import TwistBroadcaster
+from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import (
     ForwardCommandController,
@@ -35,19 +33,16 @@ from armsim_ros.control.command_controllers.forward_command_controller import (
 )
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
-from armsim_ros.control.compliance.admittance_controller import CartesianAdmittanceController
-from armsim_ros.control.compliance.cartesian_controller import CartesianController
+from armsim_ros.control.compliance.cartesian_controller import (
+    CartesianAdmittanceController,
+    CartesianController,
+)
 from armsim_ros.control.compliance.net_force_controllers import (
     CartesianComplianceController,
     CartesianForceController,
     CartesianMotionController,
 )
-from armsim_ros.control.controller import (
-    ClaimsNothing,
-    Controller,
-    ControllerContext,
-    describe,
-)
+from armsim_ros.control.controller import Controller, ControllerContext, describe
 from armsim_ros.control.gripper.gripper_controller import (
     GripperController,
     ParallelGripperController,
@@ -60,7 +55,7 @@ from armsim_ros.control.trajectory.joint_trajectory_controller import (
 from armsim_ros.errors import ControllerError, nearest
 
 
-class StandInController(ClaimsNothing, Controller[StandInParameters]):
+class StandInController(Controller[StandInParameters]):
     """Claims nothing and commands nothing; its life cycle is that of any controller."""
 
     parameters_class: ClassVar[type[Settings]] = StandInParameters
@@ -76,9 +71,6 @@ class StandInController(ClaimsNothing, Controller[StandInParameters]):
 
     def update(self, time_ns: int, period: float) -> None:
         """Do nothing."""
-
-    def process_requests(self, time_ns: int) -> None:
-        """Do nothing: there are no requests."""
 
 
 class LoadableController(Protocol):
@@ -124,7 +116,7 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'crisp_controllers/CartesianController': CartesianController,
     'crisp_controllers/CartesianAdmittanceController': CartesianAdmittanceController,
     'crisp_controllers/PoseBroadcaster': CrispPoseBroadcaster,
-    'crisp_controllers/TwistBroadcaster': TwistBroadcaster,
+    'crisp_controllers/TwistBroadcaster': CrispTwistBroadcaster,
     'cartesian_motion_controller/CartesianMotionController': CartesianMotionController,
     'cartesian_force_controller/CartesianForceController': CartesianForceController,
     'cartesian_compliance_controller/CartesianComplianceController':

@@ -21,25 +21,29 @@ import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.hardware import HardwareSettings
-from armsim_ros.control.controller import (
-    Controller,
-    ControllerContext,
-    LifecycleState,
-)
-from armsim_ros.control.events import ControllerEvent, EventQueue
+from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
-from armsim_ros.control.mailbox import Mailbox
+from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox
 from armsim_ros.control.manager.arm_stop import ArmStop
-from armsim_ros.control.manager.chains import in_order, withdraw
 from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.controller_factory import (
     CONTROLLER_TYPES,
     create_controller,
     LoadableController,
 )
-from armsim_ros.control.manager.manager_info import controller_info, ControllerInfo, InterfaceInfo
+from armsim_ros.control.manager.manager_info import (
+    controller_info,
+    ControllerInfo,
+    in_order,
+    InterfaceInfo,
+    withdraw,
+)
 from armsim_ros.control.manager.resources import HardwareComponentInfo, Resources
-from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
+from armsim_ros.control.manager.switch_execution import (
+    SwitchExecution,
+    SwitchRequest,
+    UpdatesAhead,
+)
 from armsim_ros.control.manager.switching import (
     fallbacks_of,
     find_controller,
@@ -48,7 +52,6 @@ from armsim_ros.control.manager.switching import (
     Strictness,
     SwitchResult,
 )
-from armsim_ros.control.manager.updates_ahead import UpdatesAhead
 from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
@@ -130,8 +133,7 @@ class ControllerManager:
             if settings.name in self.controllers:
                 raise ControllerError(f"a controller '{settings.name}' is loaded already")
             controller = create_controller(
-                settings.name, settings.type, settings.parameters, self.context
-            )
+                settings.name, settings.type, settings.parameters, self.context)
             controller.fallback_controllers = fallbacks_of(
                 settings.name, self.parameters, fallback_controllers)
             controller.time_ns = self.time_ns
@@ -289,12 +291,7 @@ class ControllerManager:
         if self._requests or self._failures:
             self._serve()
         for controller, _ in self._updated:
-            if controller.name in self._failures:
-                continue
-            try:
-                controller.process_requests(time_ns)
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
-                self._fail(controller, error)
+            self._try(controller, controller.process_requests, time_ns)
 
     def interrupt(self, time_ns: int, reason: str) -> None:
         """
@@ -314,12 +311,7 @@ class ControllerManager:
         self.resources.hold_here()
         self._resumed = True
         for controller, _ in reversed(self._switches.active + self._switches.devices):
-            if controller.name in self._failures:
-                continue
-            try:
-                controller.activate(time_ns)
-            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
-                self._fail(controller, error)
+            self._try(controller, controller.activate, time_ns)
 
     def list_controllers(self) -> list[ControllerInfo]:
         """Return all loaded controllers, those of a chain from its beginning on."""
@@ -390,6 +382,16 @@ class ControllerManager:
                     request.future.set_result(result)
         finally:
             self._structure.release()
+
+    def _try(
+        self, controller: Controller[Any], call: Callable[[int], object], time_ns: int
+    ) -> None:
+        """Make a call of a controller that has not failed; it fails with what the call raises."""
+        if controller.name not in self._failures:
+            try:
+                call(time_ns)
+            except Exception as error:  # noqa: BLE001 - one controller must not stop the others
+                self._fail(controller, error)
 
     def _fail(self, controller: Controller[Any], error: Exception) -> None:
         """Replace a controller that raised; where others change the controllers, a bit later."""

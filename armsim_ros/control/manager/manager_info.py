@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Information about controllers and interfaces."""
+"""Chains of controllers, and information about controllers and interfaces."""
 
 from __future__ import annotations
 
@@ -10,8 +10,131 @@ from typing import Any
 
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import HardwareInterface
-from armsim_ros.control.manager.chains import Connections, connections, relative
 from armsim_ros.model.robot_model import HardwareSystem
+
+AnyController = Controller[Any]
+Connections = dict[str, tuple[str, ...]]
+"""Following controller -> its references, as ``joint/interface``."""
+
+
+def precedes(first: AnyController, other: AnyController) -> bool:
+    """Return whether a controller writes to references of another."""
+    return not set(first.required_command_interfaces).isdisjoint(other.reference_interfaces)
+
+
+def preceding(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
+    """Return those of the others that write to a controller's references."""
+    return [other for other in others if precedes(other, controller)]
+
+
+def following(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
+    """Return those of the others to whose references a controller writes."""
+    return [other for other in others if precedes(controller, other)]
+
+
+def group_of(
+    controller: AnyController, controllers: Iterable[AnyController]
+) -> list[AnyController]:
+    """Return a controller and all that are in a chain with it, preceding and following ones."""
+    others = list(controllers)
+    found = [controller]
+    for member in found:
+        found += [other for other in others if other not in found
+                  and (precedes(other, member) or precedes(member, other))]
+    return found
+
+
+def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
+    """Return controllers with each before those that it precedes, else in their order."""
+    ordered: list[AnyController] = []
+    left = list(controllers)
+    while left:
+        # A ring of controllers has no beginning; it is cut at the controller loaded first.
+        first = next((candidate for candidate in left
+                      if not preceding(candidate, _without(left, candidate))), left[0])
+        ordered.append(first)
+        left.remove(first)
+    return ordered
+
+
+def connections(controller: AnyController, controllers: Iterable[AnyController]) -> Connections:
+    """Return the references that a controller writes to, by the controller that has them."""
+    commanded = controller.required_command_interfaces
+    return {
+        follower.name: tuple(relative(name) for name in commanded
+                             if name in follower.reference_interfaces)
+        for follower in following(controller, controllers)
+    }
+
+
+def relative(interface: str) -> str:
+    """Return a reference's name within its controller."""
+    return interface.partition('/')[2]
+
+
+def withdraw(controller: AnyController, hardware: HardwareInterface) -> None:
+    """Offer nothing of a controller to others any more."""
+    for name in controller.reference_interfaces:
+        hardware.references.pop(name, None)
+    for name in controller.exported_states:
+        hardware.given_states.pop(name, None)
+
+
+def start_obstacle(
+    controller: AnyController,
+    controllers: Iterable[AnyController],
+    starting: Sequence[str],
+    stopping: Sequence[str],
+) -> str:
+    """
+    Return why a controller cannot be activated in its chain, '' where it can.
+
+    :param starting: names of the controllers that the same request activates.
+    """
+    for follower in all_following(controller, controllers):
+        if follower.name in starting:
+            continue
+        if follower.name in stopping:
+            return (f"'{controller.name}' writes to references of '{follower.name}', which the "
+                    'same request deactivates')
+        if not follower.active:
+            return (f"'{controller.name}' writes to references of '{follower.name}', which is not "
+                    f"active; activate '{follower.name}' before it or with it")
+    return ''
+
+
+def stop_obstacle(
+    controller: AnyController,
+    controllers: Iterable[AnyController],
+    starting: Sequence[str],
+    stopping: Sequence[str],
+) -> str:
+    """
+    Return why a controller cannot be deactivated in its chain, '' where it can.
+
+    :param starting: names of the controllers that the same request activates.
+    """
+    for leader in preceding(controller, controllers):
+        if leader.name not in stopping if leader.active else leader.name in starting:
+            return (f"'{controller.name}' cannot be deactivated: '{leader.name}' writes to its "
+                    f"references; deactivate '{leader.name}' before it or with it")
+    return ''
+
+
+def all_following(
+    controller: AnyController, controllers: Iterable[AnyController]
+) -> list[AnyController]:
+    """Return all through which a controller's commands go, nearest first."""
+    others = list(controllers)
+    found = following(controller, others)
+    for member in found:
+        found += [follower for follower in following(member, others)
+                  if follower not in found and follower is not controller]
+    return found
+
+
+def _without(controllers: Iterable[AnyController], removed: AnyController) -> list[AnyController]:
+    return [other for other in controllers if other is not removed]
 
 
 @dataclass(frozen=True, slots=True)

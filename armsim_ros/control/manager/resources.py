@@ -12,11 +12,8 @@ import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.events import EventQueue
-from armsim_ros.control.hardware_interface import (
-    COMMAND_INTERFACES,
-    HardwareInterface,
-)
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
+from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.manager.manager_info import interface_infos, InterfaceInfo
 from armsim_ros.errors import ControllerError, nearest
 from armsim_ros.model.robot_model import HardwareSystem, RobotModel

@@ -18,7 +18,7 @@ from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.manager.chains import start_obstacle, stop_obstacle
+from armsim_ros.control.manager.manager_info import start_obstacle, stop_obstacle
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
 
@@ -41,9 +41,7 @@ def fallbacks_of(
 
 
 def fallback_obstacle(
-    controller: Controller[Any],
-    controllers: Mapping[str, Controller[Any]],
-    resources: Resources,
+    controller: Controller[Any], controllers: Mapping[str, Controller[Any]], resources: Resources
 ) -> str:
     """Return why a controller's fallback controllers could not take over, '' where they could."""
     names = controller.fallback_controllers

@@ -239,5 +239,4 @@ def query(snapshot: ControllerSnapshot, time_ns: int) -> QueryResult:
     if success:
         values, text = motion.at(min(max(time, motion.start), motion.end)), ''
     n = len(names)
-    return QueryResult(
-        success, text, names, values[:n], values[n : 2 * n], values[2 * n : 3 * n])
+    return QueryResult(success, text, names, values[:n], values[n : 2 * n], values[2 * n : 3 * n])

@@ -24,15 +24,18 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
 from armsim_ros.control.controller import NEVER_NS
-from armsim_ros.control.events import EventQueue
-from armsim_ros.control.mailbox import GoalStatus
+from armsim_ros.control.mailbox import EventQueue, GoalStatus
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
     StartRequest,
+    SUCCESS,
+    timed_out,
+    ToleranceMonitor,
     TrajectoryErrorCode,
     TrajectoryGoal,
     TrajectoryResult,
+    Verdict,
 )
 from armsim_ros.control.trajectory.sampling import (
     deceleration,
@@ -40,12 +43,6 @@ from armsim_ros.control.trajectory.sampling import (
     standstill,
     stop_ramp,
     TIME_RESOLUTION,
-)
-from armsim_ros.control.trajectory.tolerance_monitor import (
-    SUCCESS,
-    timed_out,
-    ToleranceMonitor,
-    Verdict,
 )
 from armsim_ros.control.trajectory.tolerances import SegmentTolerances, ToleranceCheck
 
@@ -305,9 +302,7 @@ class TrajectoryExecution:
         if start is not None and start.measured.any():
             rows = np.tile(start.measured, len(state) // self.joints)
             state[rows] = record.measured_state()[rows]
-        motion = request.prepared.begin(
-            time, state, held, step=start is not None and start.jump
-        )
+        motion = request.prepared.begin(time, state, held, step=start is not None and start.jump)
         self._set_motion(motion, time, request.stamp_ns or time_ns)
         self.phase = Phase.RUNNING
         self._monitor = self._new_monitor((self.goal or request).tolerances)
@@ -340,8 +335,7 @@ class TrajectoryExecution:
     def _new_monitor(self, tolerances: SegmentTolerances) -> ToleranceMonitor:
         parameters = self.parameters
         return ToleranceMonitor(
-            parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1'
-        )
+            parameters.joints, self._computed, tolerances, strict=parameters.compat == 'ros1')
 
     def _succeed(self, goal: TrajectoryGoal, time_ns: int) -> None:
         final = self.motion.final.copy()

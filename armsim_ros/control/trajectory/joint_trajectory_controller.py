@@ -22,9 +22,8 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.control.controller import Controller
-from armsim_ros.control.events import RepeatedWarning
 from armsim_ros.control.hardware_interface import JointProperties
-from armsim_ros.control.mailbox import GoalStatus
+from armsim_ros.control.mailbox import GoalStatus, RepeatedWarning
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import (
     ControllerSnapshot,
@@ -40,8 +39,11 @@ from armsim_ros.control.trajectory.goal import (
     TrajectoryResult,
 )
 from armsim_ros.control.trajectory.intake import TrajectoryIntake
-from armsim_ros.control.trajectory.loop import TrajectoryLoop
-from armsim_ros.control.trajectory.setup import check_configuration, warn_of_configuration
+from armsim_ros.control.trajectory.loop import (
+    check_configuration,
+    TrajectoryLoop,
+    warn_of_configuration,
+)
 from armsim_ros.control.trajectory.tolerances import JointTolerance, SegmentTolerances
 from armsim_ros.errors import ControllerError
 from armsim_ros.trajectory import JointTrajectory
@@ -106,8 +108,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         check_configuration(parameters, self.context.hardware)
         warn_of_configuration(parameters, self.events, self.time_ns)
         self._loop = TrajectoryLoop(
-            lambda: self.parameters, self.context, self._properties, self.events, self.time_ns
-        )
+            lambda: self.parameters, self.context, self._properties, self.events, self.time_ns)
 
     def activate(self, time_ns: int) -> None:
         """Hold the joints where they are."""

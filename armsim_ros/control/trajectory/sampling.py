@@ -211,9 +211,7 @@ class PreparedTrajectory:
         at_start = first > 0 and math.isclose(times[first - 1], time, abs_tol=TIME_RESOLUTION)
         nearest = full.positions[first - 1 if at_start else first]
         offset = np.zeros(joints)
-        offset[self._continuous] = whole_turns(
-            (nearest - state[:joints])[self._continuous]
-        )
+        offset[self._continuous] = whole_turns((nearest - state[:joints])[self._continuous])
         if offset.any():
             full = full.shifted(offset)
             between = between.copy()
@@ -225,8 +223,7 @@ class PreparedTrajectory:
             return Motion.standing(final, time)
         lead_in = self._lead_in(full, first, time, state, at_start=at_start, step=step)
         return Motion(
-            time, times[first:].tolist(), np.concatenate((lead_in, between[first:])), final
-        )
+            time, times[first:].tolist(), np.concatenate((lead_in, between[first:])), final)
 
     def _lead_in(
         self,
@@ -251,8 +248,7 @@ class PreparedTrajectory:
             width = joints * (4 if self._effort else 3)
             if at_start:
                 return step_coefficients(
-                    point_values(full, effort=self._effort)[first : first + 1]
-                )
+                    point_values(full, effort=self._effort)[first : first + 1])
             return step_coefficients(state[None, :width])
         rows = slice(first, first + 1)
         ends = np.stack((full.positions[rows], full.velocities[rows], full.accelerations[rows]))

@@ -21,30 +21,29 @@ from armsim_ros.cli.environment import announce_often
 from armsim_ros.moveit_py.planning.description import described_cell, OPTIONS
 from armsim_ros.moveit_py.planning.interrupts import interruptible
 from armsim_ros.nodes.executor_program import failures_logged
-from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
 )
-from armsim_ros.nodes.move_group.parameters import MoveGroupParameters
+from armsim_ros.nodes.move_group.parameters import ControllerManagerNode, MoveGroupParameters
 from armsim_ros.nodes.move_group.perception.octomap_monitor import (
     octomap_settings,
     OctomapMonitor,
 )
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.program import make_context
-from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
 from armsim_ros.nodes.move_group.scene.scene_services import GetPlanningScene
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
     CollisionObjectTopic,
+    MonitoredPlanningScene,
     PlanningSceneTopics,
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments
-from armsim_ros.nodes.upstream.planning_programs import sensor_parameters
+from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
 
 Value = TypeVar('Value')
 #: Steps of a wait [s]; time for what was cancelled to end before KeyboardInterrupt is raised [s].

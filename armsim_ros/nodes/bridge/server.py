@@ -23,10 +23,14 @@ from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.turns import Turns
-from armsim_ros.nodes.serving.access import AccessRules, answer
-from armsim_ros.nodes.serving.gate import HANDSHAKE, MOST_HANDSHAKES
+from armsim_ros.nodes.serving.access import (
+    AccessRules,
+    answer,
+    HANDSHAKE,
+    MOST_HANDSHAKES,
+    RateLimit,
+)
 from armsim_ros.nodes.serving.ports import free_port, ServingError, shown_host, silent_logger
-from armsim_ros.nodes.serving.rate_limit import RateLimit
 
 #: What a client may send: messages and bytes per second; a burst is a second's worth.
 MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)

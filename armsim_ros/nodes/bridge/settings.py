@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from armsim_ros.cli.arguments import FALSE_WORDS, TRUE_WORDS, UsageError
-from armsim_ros.nodes.serving.arguments import read_values
+from armsim_ros.nodes.serving.ports import read_values
 
 #: Arguments of rosbridge_server that change nothing here.
 IGNORED = {

@@ -87,9 +87,7 @@ def lock_domain(
     return DomainLock(*_place(ros_args, namespace), runtime_folder(), program)
 
 
-def lock_path(
-    ros_args: Sequence[str], *, program: str = 'bringup', namespace: str = '/'
-) -> Path:
+def lock_path(ros_args: Sequence[str], *, program: str = 'bringup', namespace: str = '/') -> Path:
     """Return the file of the lock that ``lock_domain`` takes."""
     return _lock_file(*_place(ros_args, namespace), runtime_folder(), program)
 

@@ -65,9 +65,7 @@ def _packages() -> str:
     return f"the packages {PACKAGES['egl']}, or {PACKAGES['osmesa']}"
 
 
-def _draws(
-    backend: str, environment: Mapping[str, str], stop_wanted: Callable[[], bool]
-) -> bool:
+def _draws(backend: str, environment: Mapping[str, str], stop_wanted: Callable[[], bool]) -> bool:
     """Return whether a child could draw."""
     with subprocess.Popen(
         [sys.executable, '-c', _TRIAL], env={**environment, VARIABLE: backend},

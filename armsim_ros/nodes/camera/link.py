@@ -18,8 +18,7 @@ from multiprocessing.connection import Client, Connection
 from pathlib import Path
 
 from armsim_ros.nodes.bringup.domain_lock import lock_path
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.sim.camera import Camera, Snapshot
 
 #: First byte of what follows the greeting.
 PLANT, SNAPSHOT = b'P', b'S'

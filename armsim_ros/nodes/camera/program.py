@@ -24,9 +24,8 @@ from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError,
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.state_publishers.joint_transforms import transform
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.nodes.state_publishers.robot_state_publisher import transform
+from armsim_ros.sim.camera import Camera, Snapshot
 
 #: Wall time between checks of services and subscribers while no picture comes [s].
 _REST = 0.2
@@ -41,7 +40,6 @@ class CameraProgram:
     At most one picture of each camera is on its way, so that a late picture is never
     begun.
 
-    :param arguments: the command line.
     :param stop_wanted: whether a signal came.
     """
 
@@ -104,7 +102,7 @@ class CameraProgram:
         if not cameras:
             return
         # Only now: this imports mujoco, which looks once at what is to draw.
-        from armsim_ros.sim.camera.scene_renderer import SceneRenderer
+        from armsim_ros.sim.scene_renderer import SceneRenderer
 
         for topics in self._topics:
             topics.close()

@@ -5,28 +5,70 @@
 from __future__ import annotations
 
 from array import array
+from io import BytesIO
+import struct
 import sys
 import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.camera.compression import (
-    DEFAULT_QUALITY,
-    depth_as_png,
-    FORMAT_OF_COLOUR,
-    FORMAT_OF_DEPTH,
-    jpeg,
-    why_not,
-)
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import Picture, points
+from armsim_ros.sim.camera import Camera, Picture, points
+
+FORMAT_OF_COLOUR = 'rgb8; jpeg compressed bgr8'
+FORMAT_OF_DEPTH = '32FC1; compressedDepth png'
+DEFAULT_QUALITY = 95
+#: A stored value v is the depth _SCALE / (v - _OFFSET); 0 is none. As the transport's defaults,
+#: which quantize 1 m by a tenth of a millimetre and end at 10 m.
+_LONGEST, _AT_ONE_METRE = 10.0, 100.0
+_SCALE = _AT_ONE_METRE * (_AT_ONE_METRE + 1.0)
+_OFFSET = 1.0 - _SCALE / _LONGEST
+#: Kind of the content, the two numbers above.
+_HEADER = struct.Struct('<iff')
+
+
+def why_not() -> str:
+    """Return why pictures cannot be compressed; '' where they can."""
+    try:
+        import PIL.Image  # noqa: F401
+    except ImportError:
+        return "Pillow is not installed; the extra 'web' brings it"
+    return ''
+
+
+def jpeg(colour: NDArray[np.uint8], quality: int) -> bytes:
+    """
+    Return a picture (h, w, 3) as JPEG.
+
+    :param quality: 1 .. 100; others are the nearest of these.
+    """
+    return _encoded(colour, 'JPEG', quality=min(max(quality, 1), 100))
+
+
+def depth_as_png(depth: NDArray[np.float32]) -> bytes:
+    """Return depths (h, w) [m] as a header and a PNG of 16 bits of their inverses."""
+    stored = np.zeros(depth.shape, dtype=np.uint16)
+    seen = np.isfinite(depth) & (depth > 0.0) & (depth < _LONGEST)
+    values = _SCALE / depth[seen].astype(np.float64) + _OFFSET
+    stored[seen] = np.clip(np.round(values), 0, 65535).astype(np.uint16)
+    return _HEADER.pack(0, _SCALE, _OFFSET) + _encoded(stored, 'PNG', compress_level=1)
+
+
+def _encoded(pixels: NDArray[Any], kind: str, **options: Any) -> bytes:
+    from PIL import Image
+
+    content = BytesIO()
+    Image.fromarray(np.ascontiguousarray(pixels)).save(content, kind, **options)
+    return content.getvalue()
+
 
 _BIG_ENDIAN = sys.byteorder == 'big'
 _POINT_FIELDS = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
@@ -41,8 +83,6 @@ class CameraTopics:
 
     Compressed as by image_transport: ``color/image_raw/compressed`` and
     ``depth/image_raw/compressedDepth``; without Pillow these are not there.
-
-    :param node: the node that publishes.
     """
 
     def __init__(self, node: Node, camera: Camera) -> None:
@@ -79,8 +119,7 @@ class CameraTopics:
     @property
     def seen(self) -> bool:
         """Whether there are subscribers to drawn pictures."""
-        return any(publisher.get_subscription_count()
-                   for publisher in self._drawn)
+        return any(publisher.get_subscription_count() for publisher in self._drawn)
 
     @property
     def _drawn(self) -> tuple[Any, ...]:
@@ -164,16 +203,11 @@ _PERIOD = 1.0
 
 
 class RenderingDiagnostics:
-    """
-    Publishes whether pictures are drawn, and how quickly.
-
-    :param node: the node that publishes; its clock is read.
-    """
+    """Publishes whether pictures are drawn, and how quickly."""
 
     def __init__(self, node: PollingNode) -> None:
         self._node = node
-        self._publisher = node.create_publisher(
-            DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
         self._due = 0.0
         self._pictures, self._seconds = 0, 0.0
         self.backend = ''

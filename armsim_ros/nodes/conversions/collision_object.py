@@ -65,8 +65,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
         frame_id=message.header.frame_id,
         pose=pose_from_message(message.pose),
         shapes=tuple(
-            shape for of_kind, poses in given if made for shape in _placed(of_kind, poses)
-        ),
+            shape for of_kind, poses in given if made for shape in _placed(of_kind, poses)),
         subframes={
             name: pose_from_message(pose)
             for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)
@@ -169,8 +168,7 @@ def world_object_to_message(
             ball, half = Sphere(part.geometry.radius), 0.5 * part.geometry.length
             shapes += [ObjectShape(ball, part.origin @ pose_matrix((0.0, 0.0, end)))
                        for end in (-half, half)]
-    return object_to_message(
-        CollisionObject(item.name, pose=pose, shapes=tuple(shapes)), frame_id)
+    return object_to_message(CollisionObject(item.name, pose=pose, shapes=tuple(shapes)), frame_id)
 
 
 def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:

@@ -102,11 +102,7 @@ def activity_message(
     controllers: Iterable[ControllerInfo],
     components: Iterable[HardwareComponentInfo],
 ) -> ControllerManagerActivity:
-    """
-    Return the message of ``~/activity``.
-
-    :param time_ns: [ns] of the simulation.
-    """
+    """Return the message of ``~/activity``."""
     message = ControllerManagerActivity(
         controllers=[
             NamedLifecycleState(name=info.name, state=state_message(info.state))

@@ -126,12 +126,10 @@ def solid_to_message(geometry: Geometry) -> SolidPrimitive | MeshMessage | Plane
         return SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[geometry.radius])
     if isinstance(geometry, (Cylinder, Capsule)):
         return SolidPrimitive(
-            type=SolidPrimitive.CYLINDER, dimensions=[geometry.length, geometry.radius]
-        )
+            type=SolidPrimitive.CYLINDER, dimensions=[geometry.length, geometry.radius])
     if isinstance(geometry, Cone):
         return SolidPrimitive(
-            type=SolidPrimitive.CONE, dimensions=[geometry.length, geometry.radius]
-        )
+            type=SolidPrimitive.CONE, dimensions=[geometry.length, geometry.radius])
     if isinstance(geometry, Plane):
         return PlaneMessage(coef=[geometry.a, geometry.b, geometry.c, geometry.d])
     return MeshMessage(

@@ -19,9 +19,13 @@ from armsim_ros.nodes.move_group.execution.execute_trajectory import (
 )
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
 from armsim_ros.nodes.move_group.perception.octomap_monitor import OctomapMonitor
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.move_action import MoveAction
+from armsim_ros.nodes.move_group.planning.move_actions import (
+    MoveAction,
+    SequenceJob,
+    SequenceMoveGroup,
+)
 from armsim_ros.nodes.move_group.planning.planner_services import (
+    DisplayPlannedPath,
     PlannerParams,
     QueryPlannerInterface,
 )
@@ -31,16 +35,15 @@ from armsim_ros.nodes.move_group.planning.planning_services import (
     PlanKinematicPath,
     PlanSequencePath,
 )
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob, SequenceMoveGroup
 from armsim_ros.nodes.move_group.query_services import (
     CheckStateValidity,
     ComputeFk,
     ComputeIk,
     GetUrdf,
 )
-from armsim_ros.nodes.move_group.scene.octomap_services import ClearOctomap
 from armsim_ros.nodes.move_group.scene.scene_services import (
     ApplyPlanningScene,
+    ClearOctomap,
     GeometryFiles,
     GetPlanningScene,
     SceneFrames,

@@ -1,14 +1,19 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the endpoints of move_group share."""
+"""What the endpoints of move_group share, and how they answer."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 import time
+import traceback
 from typing import Any
 
+from moveit_msgs.msg import MoveItErrorCodes
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
@@ -17,9 +22,11 @@ from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutio
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.qos import KeptResults
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
@@ -36,8 +43,6 @@ class Context:
     changes the scene and writes it into messages. Planning and queries have each a planner
     (with a collision checker) of their own and work on snapshots of the scene.
 
-    :param node: has the endpoints.
-    :param scene: the monitored scene.
     :param planning_parameters: from the robot's files and the command line.
     :param ownership: knows what of the scene belongs to a simulated world.
     :param execution_settings: may be replaced while the program runs.
@@ -95,8 +100,22 @@ class Context:
         """Return a snapshot with a client's start state, as configured."""
         return scene.with_start_state(start, strict=self.planner.settings.strict_start_state)
 
-    def serve(self, kind: Any, name: str, answer: Callable[..., Any]) -> None:
-        """Create a service; its coroutines may run concurrently."""
+    def serve(
+        self, kind: Any, name: str, fill: Callable[[Any, Any], Awaitable[None]],
+        error_code: Callable[[Any], MoveItErrorCodes] | None = None,
+    ) -> None:
+        """
+        Create a service; its coroutines may run concurrently.
+
+        :param fill: gets the request, and the response to fill; its errors are logged.
+        :param error_code: response -> where its errors are written, too.
+        """
+        async def answer(request: Any, response: Any) -> Any:
+            code = error_code(response) if error_code is not None else None
+            with reported(self.logger, name, code):
+                await fill(request, response)
+            return response
+
         self.node.create_service(kind, name, answer, callback_group=self.group)
 
     def subscribe(
@@ -128,3 +147,72 @@ class Context:
         if text not in self._warned:
             self._warned.add(text)
             self.logger.warning(text)
+
+
+@contextmanager
+def reported(logger: Any, source: str, error_code: MoveItErrorCodes | None) -> Iterator[None]:
+    """
+    Turn exceptions raised inside into the error code of an answer.
+
+    :param source: the endpoint, where the error does not name a stage itself.
+    :param error_code: to be filled; None for an answer without.
+    """
+    try:
+        yield
+    except PlanningError as error:
+        logger.error(f'{source}: {error}')
+        fill_error(error_code, error.code, str(error), error.source or source)
+    except Exception as error:  # noqa: BLE001 - no node dies of a message
+        text = ''.join(traceback.format_exception(error))
+        logger.error(f'{source}: internal error, please report it:\n{text}')
+        fill_error(error_code, MoveItErrorCode.FAILURE, f'internal error: {error}', source)
+
+
+def fill_error(
+    error_code: MoveItErrorCodes | None, code: int, text: str = '', source: str = ''
+) -> None:
+    """Write a code, its sentence and its source into an answer."""
+    if error_code is not None:
+        error_code.val, error_code.message, error_code.source = int(code), text, source
+
+
+#: How long results are kept for clients that ask late [s], and how many of them.
+RESULT_TIMEOUT, MOST_RESULTS = 60, 50
+
+
+class MoveGroupActionServer(ActionServer):
+    """
+    Accepts every goal and keeps the results of those that ended last.
+
+    :param execute: goal handle -> result; it calls :meth:`end` at last.
+    """
+
+    def __init__(
+        self, context: Context, kind: Any, name: str,
+        execute: Callable[[ServerGoalHandle], Awaitable[Any]],
+    ) -> None:
+        super().__init__(  # type: ignore[no-untyped-call] # rclpy's
+            context.node,
+            kind,
+            name,
+            execute,
+            callback_group=context.group,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+            result_timeout=RESULT_TIMEOUT,
+            **qos.ACTION_SERVICES,
+        )
+        self._results = KeptResults(self, MOST_RESULTS)
+
+    def end(self, goal: ServerGoalHandle, code: int) -> None:
+        """
+        Give a goal its terminal status.
+
+        SUCCESS succeeds; PREEMPTED after a cancel request is canceled; all else is aborted.
+        """
+        if code == MoveItErrorCode.SUCCESS:
+            goal.succeed()
+        elif code == MoveItErrorCode.PREEMPTED and goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        self._results.add(goal)

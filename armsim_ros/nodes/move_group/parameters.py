@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the move_group node: changed at run time, or fixed by its files."""
+"""The parameters of move_group and moveit_simple_controller_manager: of its files, or changed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from pydantic import ValidationError
-from rcl_interfaces.msg import ParameterDescriptor
+from pydantic import create_model, ValidationError
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -19,6 +19,7 @@ from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.config.move_group.trajectory_execution import (
     KEYS_BESIDE,
     TrajectoryExecutionSettings,
+    UNUSED_EXECUTION_KEYS,
 )
 from armsim_ros.config.moveit_config.reading import default_pipeline
 from armsim_ros.config.robot_settings import RobotSettings
@@ -26,6 +27,7 @@ from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.parameters import parameters_by_prefix, reason, SettingsParameters
+from armsim_ros.nodes.polling_node import GuardedNode
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
 _EXECUTION = 'trajectory_execution.'
@@ -37,8 +39,7 @@ class PlanExecution(Settings):
     """Parameters of ``plan_execution``."""
 
     record_trajectory_state_frequency: float = parameter(
-        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0, le=1000.0
-    )
+        0.0, 'states a second in executed_trajectory; 0 leaves it empty [Hz]', ge=0.0, le=1000.0)
 
 
 class LiveParameters(Settings):
@@ -48,8 +49,7 @@ class LiveParameters(Settings):
         True, 'whether execute_trajectory and move_action move the robot')
     plan_execution: PlanExecution
     planning_seed: int = parameter(
-        -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request'
-    )
+        -1, 'a number >= 0 makes every plan repeatable for the same scene, state and request')
     monitor_dynamics: bool = parameter(False, 'take velocities from the joint states')
 
 
@@ -57,7 +57,6 @@ class MoveGroupParameters:
     """
     Declares the live parameters and takes over their changes.
 
-    :param context: the parts of move_group.
     :raises ConfigError: a value from ``--ros-args`` is wrong.
     """
 
@@ -70,8 +69,7 @@ class MoveGroupParameters:
         live = LiveParameters(
             allow_trajectory_execution=execution.allow_trajectory_execution,
             plan_execution=PlanExecution(
-                record_trajectory_state_frequency=planning.record_trajectory_state_frequency
-            ),
+                record_trajectory_state_frequency=planning.record_trajectory_state_frequency),
             planning_seed=context.planner.settings.seed,
             monitor_dynamics=planning.monitor_dynamics,
         )
@@ -270,3 +268,104 @@ def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield from _flat(f'{prefix}.{key}', value)
         elif value is not None:
             yield f'{prefix}.{key}', value
+
+
+NAME = 'moveit_simple_controller_manager'
+GROUP = 'trajectory_execution'
+_JOINTS = 'allowed_start_tolerance_joints'
+_OF_JOINTS = f'{GROUP}.{_JOINTS}.'
+#: Read at the start, never at run time.
+_FIXED = ('control_multi_dof_joint_variables',)
+
+_FIELDS = TrajectoryExecutionSettings.model_fields
+_OWN_FIELDS: dict[str, Any] = {
+    name: (info.annotation, info) for name, info in _FIELDS.items()
+    if name not in KEYS_BESIDE and name not in _FIXED}
+_INSIDE: Any = create_model('TrajectoryExecutionParameters', __base__=Settings, **_OWN_FIELDS)
+
+
+class ExecutionParameters(Settings):
+    """The parameters of ``trajectory_execution``."""
+
+    trajectory_execution: _INSIDE
+
+
+class ControllerManagerNode:
+    """
+    The node whose parameters trajectory execution follows at run time.
+
+    :param context: the parts of move_group; its node's parameters of the same names are values
+        for the start.
+    :raises ConfigError: a parameter is wrong.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        settings, given = context.settings.trajectory_execution, _given(context.node)
+        try:
+            start = settings.model_validate({**settings.model_dump(), **given})
+        except ValidationError as error:
+            raise ConfigError(Problem(f'parameter {GROUP}: {reason(error)}')) from None
+        self._start = start
+        self.node = node = GuardedNode(
+            NAME, context=context.node.context, namespace=context.node.get_namespace(),
+            use_global_arguments=False, enable_rosout=False, allow_undeclared_parameters=True)
+        inside = {name: getattr(start, name) for name in _INSIDE.model_fields}
+        tolerances = inside.pop(_JOINTS)
+        self._live = SettingsParameters(
+            node, ExecutionParameters(trajectory_execution=_INSIDE(**inside)), self._changed)
+        for joint, tolerance in tolerances.items():
+            node.declare_parameter(f'{_OF_JOINTS}{joint}', float(tolerance))
+        for name in _FIXED:
+            node.declare_parameter(f'{GROUP}.{name}', getattr(start, name), _read_only())
+        for name, value in controller_parameters(context.settings):
+            if value != []:
+                node.declare_parameter(name, value, _read_only())
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._note_tolerances)
+        self._changed(self._live.settings)
+
+    def _check(self, parameters: Sequence[Parameter]) -> SetParametersResult:
+        """Refuse unknown parameters, and tolerances of joints that are none."""
+        known, problems = self._context.robot.joints, []
+        for changed in parameters:
+            if changed.name.startswith(_OF_JOINTS):
+                joint = changed.name[len(_OF_JOINTS):]
+                usable = type(changed.value) in (int, float)
+                if joint not in known:
+                    problems.append(f"{changed.name}: the robot has no joint '{joint}'")
+                elif not usable or changed.value < 0.0:
+                    problems.append(
+                        f'{changed.name} is {changed.value}; allowed: a number from 0 up')
+            elif not self.node.has_parameter(changed.name):
+                problems.append(f"'{changed.name}' is not known; allowed: {GROUP}.*")
+        return SetParametersResult(successful=not problems, reason='; '.join(problems))
+
+    def _note_tolerances(self, parameters: Sequence[Parameter]) -> None:
+        if any(parameter.name.startswith(_OF_JOINTS) for parameter in parameters):
+            self._changed(self._live.settings)
+
+    def _changed(self, live: ExecutionParameters) -> None:
+        joints = parameters_by_prefix(self.node, _OF_JOINTS.rstrip('.'))
+        self._context.execution_settings = self._context.execution_settings.model_copy(update={
+            **live.trajectory_execution.model_dump(exclude={_JOINTS}),
+            _JOINTS: {joint: float(parameter.value) for joint, parameter in joints.items()},
+            **{name: getattr(self._start, name) for name in _FIXED},
+        })
+
+
+def _given(node: Node) -> dict[str, Any]:
+    """Return what ``--ros-args`` gives move_group for the start."""
+    values: dict[str, Any] = {}
+    for name, given in parameters_by_prefix(node, GROUP).items():
+        field, _, joint = name.partition('.')
+        if field == _JOINTS and joint:
+            values.setdefault(_JOINTS, {})[joint] = given.value
+        elif field in _FIELDS and field not in UNUSED_EXECUTION_KEYS:
+            values[field] = given.value
+    return values
+
+
+def _read_only() -> ParameterDescriptor:
+    """Return a descriptor of its own; rclpy writes the parameter's name into it."""
+    return ParameterDescriptor(read_only=True, dynamic_typing=True)

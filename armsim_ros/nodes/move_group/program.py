@@ -28,12 +28,12 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.capabilities import ALL, Parts, wanted_capabilities
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.manager_parameters import ControllerManagerNode
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.parameters import (
+    ControllerManagerNode,
     declare_fixed,
     MoveGroupParameters,
     planning_parameters,
@@ -42,16 +42,16 @@ from armsim_ros.nodes.move_group.perception.octomap_monitor import (
     octomap_settings,
     OctomapMonitor,
 )
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
-from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
-from armsim_ros.nodes.move_group.scene.octomap_services import MapFiles
+from armsim_ros.nodes.move_group.scene.scene_services import MapFiles
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
     AttachHint,
     CollisionObjectTopic,
+    MonitoredPlanningScene,
     PlanningSceneTopics,
     RejectedSceneChanges,
 )
@@ -63,27 +63,19 @@ from armsim_ros.nodes.qos import publish_text
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.planner import MotionPlanner, warm_up
 from armsim_ros.planning.settings import settings_from_config
-from armsim_ros.scene_sources.simulated_world import (
-    initial_scene,
-    WorldOwnership,
-)
+from armsim_ros.scene_sources.simulated_world import initial_scene, WorldOwnership
 
 #: Wall time to wait for the simulation [s].
 ANSWER_TIMEOUT = 5.0
 
 
 class SimulationSync:
-    """
-    Finds out which joint states are current.
-
-    :param context: the parts of move_group.
-    """
+    """Finds out which joint states are current."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self._client = context.node.create_client(
-            Trigger, '/simulation/sync', qos_profile=qos.SERVICES, callback_group=context.group
-        )
+            Trigger, '/simulation/sync', qos_profile=qos.SERVICES, callback_group=context.group)
 
     async def __call__(self) -> int:
         """
@@ -108,11 +100,7 @@ class SimulationSync:
 
 
 class Descriptions:
-    """
-    Publishes a description whose parameter ``publish_...`` is true, as upstream does.
-
-    :param context: has node and robot.
-    """
+    """Publishes a description whose parameter ``publish_...`` is true, as upstream does."""
 
     def __init__(self, context: Context) -> None:
         robot, node = context.robot, context.node
@@ -128,13 +116,7 @@ DEFAULT_JOINT_STATES = 'joint_states'
 
 
 class MoveGroup:
-    """
-    Every endpoint of the program.
-
-    :param node: has the endpoints.
-    :param executor: the executor that spins the node.
-    :param cell: the robot, or all robots of a cell.
-    """
+    """Every endpoint of the program."""
 
     def __init__(self, node: PollingNode, executor: Executor, cell: Cell) -> None:
         """Build the parts; the ready line comes when all of them answer."""
@@ -197,9 +179,6 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     """
     Return scene, planners, state monitor and workers for the robot of a node.
 
-    :param node: subscribes to the joint states.
-    :param executor: the executor that spins the node.
-    :param cell: the robot, or all robots of a cell.
     :raises ConfigError: a parameter of the node is wrong.
     """
     settings = cell.settings
@@ -243,8 +222,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
     job = PlanningJob(context, display)
     execution = TrajectoryExecutionManager(context)
     octomap = OctomapMonitor(context, octomap_settings(context))
-    parts = Parts(
-        context, job, execution, display, SequenceJob(context, job, display), octomap)
+    parts = Parts(context, job, execution, display, SequenceJob(context, job, display), octomap)
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display,
@@ -301,9 +279,7 @@ class MoveGroupProgram(ExecutorProgram):
         self._spin(executor, node, move_group)
         return 0
 
-    def _spin(
-        self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup
-    ) -> None:
+    def _spin(self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup) -> None:
         """Run callbacks until a stop is requested, and a little longer if clients wait."""
         pending: set[Future] = set()
         ending, ended = False, -_LATE_TIME
@@ -349,5 +325,4 @@ def name_with_dots(node: Node) -> None:
         dotted = name.strip('/').replace('/', '.')
         if dotted != name and not node.has_parameter(dotted):
             node.declare_parameter(
-                dotted, parameter.value, ParameterDescriptor(dynamic_typing=True)
-            )
+                dotted, parameter.value, ParameterDescriptor(dynamic_typing=True))

@@ -14,41 +14,29 @@ from moveit_msgs.srv import GetPositionFK, GetPositionIK, GetStateValidity
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.transforms import inverse_pose
-from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message, pose_to_message
 from armsim_ros.nodes.conversions.motion_plan_request import (
+    constraints_from_message,
     robot_state_to_message,
     start_state_from_message,
 )
 from armsim_ros.nodes.conversions.time import seconds_from_duration
-from armsim_ros.nodes.move_group.answers import fill_error, reported
-from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.context import Context, fill_error
 from armsim_ros.nodes.move_group.planning.planning_job import log_refused
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.queries import IKRequest, LinkPose
 
 
 class CheckStateValidity:
-    """
-    Answers whether a state is collision-free and satisfies constraints, and lists contacts.
-
-    :param context: the parts of move_group.
-    """
+    """Answers whether a state is collision-free and satisfies constraints, and lists contacts."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetStateValidity, 'check_state_validity', self._answer)
+        context.serve(GetStateValidity, 'check_state_validity', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: GetStateValidity.Request, response: GetStateValidity.Response
-    ) -> GetStateValidity.Response:
-        response.valid = False
-        with reported(self._context.logger, 'check_state_validity', None):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetStateValidity.Request,
-                    response: GetStateValidity.Response) -> None:
+    ) -> None:
         context = self._context
         present = await context.present_scene()
         scene = context.started(present, start_state_from_message(request.robot_state))
@@ -56,8 +44,7 @@ class CheckStateValidity:
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(
-                scene, scene.q, request.group_name, constraints
-            )
+                scene, scene.q, request.group_name, constraints)
         )
         stamp = context.node.get_clock().now().to_msg()
         response.contacts = [
@@ -88,29 +75,19 @@ def contact_message(contact: Contact, frame: str, stamp: Any) -> ContactInformat
 
 
 class ComputeFk:
-    """
-    Returns the poses of links, attached objects and subframes.
-
-    :param context: the parts of move_group.
-    """
+    """Returns the poses of links, attached objects and subframes."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPositionFK, 'compute_fk', self._answer)
+        context.serve(
+            GetPositionFK, 'compute_fk', self._fill, lambda response: response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetPositionFK.Request, response: GetPositionFK.Response
-    ) -> GetPositionFK.Response:
-        with reported(self._context.logger, 'compute_fk', response.error_code):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetPositionFK.Request,
-                    response: GetPositionFK.Response) -> None:
+    ) -> None:
         if not request.fk_link_names:
             raise PlanningError(
-                MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk'
-            )
+                MoveItErrorCode.INVALID_LINK_NAME, 'no link names were given', 'compute_fk')
         context = self._context
         present = await context.present_scene()
         scene = context.started(present, start_state_from_message(request.robot_state))
@@ -138,25 +115,15 @@ class ComputeFk:
 
 
 class ComputeIk:
-    """
-    Finds joint positions that put links at poses.
-
-    :param context: the parts of move_group.
-    """
+    """Finds joint positions that put links at poses."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPositionIK, 'compute_ik', self._answer)
+        context.serve(
+            GetPositionIK, 'compute_ik', self._fill, lambda response: response.error_code)
 
-    async def _answer(
-        self, request: GetPositionIK.Request, response: GetPositionIK.Response
-    ) -> GetPositionIK.Response:
-        with reported(self._context.logger, 'compute_ik', response.error_code):
-            await self._fill(request.ik_request, response)
-        return response
-
-    async def _fill(self, message: Any, response: GetPositionIK.Response) -> None:
-        context = self._context
+    async def _fill(self, asked: GetPositionIK.Request, response: GetPositionIK.Response) -> None:
+        context, message = self._context, asked.ik_request
         scene = await context.present_scene()
         request = IKRequest(
             group_name=message.group_name,
@@ -168,8 +135,7 @@ class ComputeIk:
         )
         clock = context.planning_clock()
         answer = await context.queries.submit(
-            lambda: context.query_planner.ik_in_turns(request, scene, clock=clock)
-        )
+            lambda: context.query_planner.ik_in_turns(request, scene, clock=clock))
         fill_error(response.error_code, answer.error_code, answer.message, 'compute_ik')
         if answer.error_code == MoveItErrorCode.SUCCESS:
             response.solution = robot_state_to_message(answer.positions, context.frame)
@@ -195,40 +161,27 @@ class ComputeIk:
 
     @staticmethod
     def _target(link_name: str, message: Any) -> LinkPose:
-        return LinkPose(
-            link_name, pose_from_message(message.pose), message.header.frame_id
-        )
+        return LinkPose(link_name, pose_from_message(message.pose), message.header.frame_id)
 
 
 class GetUrdf:
-    """
-    Answers with the part of the URDF that a planning group consists of.
-
-    :param context: the parts of move_group.
-    """
+    """Answers with the part of the URDF that a planning group consists of."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(Service, 'get_urdf', self._answer)
+        context.serve(Service, 'get_urdf', self._fill, lambda response: response.error_code)
 
-    async def _answer(
-        self, request: Service.Request, response: Service.Response
-    ) -> Service.Response:
+    async def _fill(self, request: Service.Request, response: Service.Response) -> None:
         groups = self._context.robot.semantic.groups
         if request.group_name not in groups:
             fill_error(
-                response.error_code,
-                MoveItErrorCode.FAILURE,
+                response.error_code, MoveItErrorCode.FAILURE,
                 f"planning group '{request.group_name}' is not known; allowed: "
-                f"{', '.join(groups) or 'the SRDF has none'}",
-                'get_urdf',
-            )
-            return response
+                f"{', '.join(groups) or 'the SRDF has none'}", 'get_urdf')
+            return
         response.urdf_string = group_urdf(
-            self._context.robot.urdf, groups[request.group_name].joints
-        )
+            self._context.robot.urdf, groups[request.group_name].joints)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS)
-        return response
 
 
 def group_urdf(urdf: str, joints: tuple[str, ...]) -> str:

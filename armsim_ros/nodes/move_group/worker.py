@@ -54,7 +54,6 @@ class Worker:
     A coroutine of the executor awaits a job; the executor goes on meanwhile.
 
     :param name: of the thread.
-    :param executor: whose coroutines wait for the jobs.
     """
 
     def __init__(self, name: str, executor: Executor) -> None:
@@ -124,8 +123,6 @@ class Ticker:
     Wakes waiting coroutines every 20 ms of real time, and on request.
 
     The timer is stopped while nothing waits.
-
-    :param node: its executor runs the timer.
     """
 
     def __init__(self, node: Node) -> None:

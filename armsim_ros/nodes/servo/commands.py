@@ -20,6 +20,7 @@ from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.servo.commands import (
     Command,
+    CommandInbox,
     CommandType,
     finite_vector,
     InvalidCommandError,
@@ -27,7 +28,6 @@ from armsim_ros.servo.commands import (
     PoseTarget,
     Twist,
 )
-from armsim_ros.servo.inbox import CommandInbox
 
 
 class CommandTopics:
@@ -68,8 +68,7 @@ class CommandTopics:
         if len(message.displacements) and not self._warned:
             self._warned = True
             self._node.get_logger().warning(
-                'displacements of joint jogs are not used; velocities are'
-            )
+                'displacements of joint jogs are not used; velocities are')
         self._take(CommandType.JOINT_JOG, message, _read_jog)
 
     def _pose(self, message: PoseStamped) -> None:
@@ -154,10 +153,7 @@ def _read_twist(message: TwistStamped) -> Twist:
     linear = (twist.linear.x, twist.linear.y, twist.linear.z)
     angular = (twist.angular.x, twist.angular.y, twist.angular.z)
     return Twist(
-        frame,
-        finite_vector('twist.linear', linear),
-        finite_vector('twist.angular', angular),
-    )
+        frame, finite_vector('twist.linear', linear), finite_vector('twist.angular', angular))
 
 
 def _read_jog(message: JointJogMessage) -> JointJog:

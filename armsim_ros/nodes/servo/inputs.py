@@ -90,8 +90,6 @@ class StreamClock:
     A simulation that runs in real time keeps the wall clock's time; then the wall clock is
     read, which is finer than /clock. Otherwise, as in a pause, /clock is, which is subscribed
     to only then: stamps of joint states show as well that time is what it seems.
-
-    :param node: whose time it is.
     """
 
     def __init__(self, node: PollingNode) -> None:
@@ -133,7 +131,6 @@ class SceneFollower:
     """
     Keeps a scene equal to that of the node that serves ``get_planning_scene``.
 
-    :param scene: is changed.
     :param topic: of the changes.
     :param serves: serve the scene from here where no other node does.
     """
@@ -148,9 +145,7 @@ class SceneFollower:
         self._looks = 0
         self._following = False
         self._client = node.create_client(GetPlanningScene, _SERVICE)
-        node.create_subscription(
-            PlanningSceneMessage, topic, self._receive, QoSProfile(depth=100)
-        )
+        node.create_subscription(PlanningSceneMessage, topic, self._receive, QoSProfile(depth=100))
         # MoveIt's own topics of changes, the only sources where no node serves a scene.
         for kind, name, take in (
             (CollisionObject, 'collision_object',
@@ -163,8 +158,7 @@ class SceneFollower:
             node.create_subscription(
                 kind, name, partial(self._change, name, take), QoSProfile(depth=100))
         self._timer = node.create_timer(
-            _LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+            _LOOK, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._look()
 
     def _look(self) -> None:
@@ -173,9 +167,7 @@ class SceneFollower:
             self._following = False
             self._looks += 1
             if self._serves and self._own is None and self._looks > _PATIENCE:
-                self._own = self._node.create_service(
-                    GetPlanningScene, _SERVICE, self._answer
-                )
+                self._own = self._node.create_service(GetPlanningScene, _SERVICE, self._answer)
                 self._node.get_logger().info(
                     'no other node serves the planning scene; it is empty')
             return

@@ -45,11 +45,9 @@ class ActionWatch:
     def __init__(self, node: PollingNode, action: str) -> None:
         self.busy = False
         profile = QoSProfile(
-            depth=1, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
-        )
+            depth=1, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability)
         self.subscription = node.poll(
-            GoalStatusArray, f'{action}/_action/status', self._receive, profile
-        )
+            GoalStatusArray, f'{action}/_action/status', self._receive, profile)
 
     def _receive(self, message: GoalStatusArray) -> None:
         self.busy = any(entry.status in _BUSY for entry in message.status_list)
@@ -150,11 +148,7 @@ class JointCommands:
     """
 
     def __init__(
-        self,
-        node: PollingNode,
-        topic: str,
-        names: tuple[str, ...],
-        parameters: ServoParameters,
+        self, node: PollingNode, topic: str, names: tuple[str, ...], parameters: ServoParameters
     ) -> None:
         self.topic = topic
         self._plain = parameters.command_out_type == ARRAY
@@ -191,9 +185,7 @@ class JointCommands:
     ) -> None:
         """Publish what a cycle of a stream has brought."""
         if self._plain:
-            values = (
-                cycle.positions if parameters.publish_joint_positions else cycle.velocities
-            )
+            values = (cycle.positions if parameters.publish_joint_positions else cycle.velocities)
             self._publisher.publish(Float64MultiArray(data=values.tolist()))
             return
         self._window.add(cycle_ns, stream.state)

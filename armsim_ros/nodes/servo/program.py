@@ -36,7 +36,7 @@ from armsim_ros.servo.assembly import (
     check_parameters,
     ServoSettingsError,
 )
-from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandInbox
 
 READY = 'Servo initialized successfully'
 TRAJECTORY_CONTROLLERS = (TRAJECTORY, SCALED_TRAJECTORY)
@@ -47,8 +47,6 @@ class ServoNode:
     """
     Every endpoint of the program, and the thread that streams.
 
-    :param node: has the endpoints.
-    :param cell: the robot, or all robots of a cell.
     :raises ServoSettingsError: the parameters do not fit each other or the robot; all errors.
     """
 
@@ -56,16 +54,13 @@ class ServoNode:
         self.node = node
         self.robot: RobotModel = cell.model
         self._warned: set[str] = set()
-        kinematics = KinematicModel(
-            planning_robot(cell.model, cell.settings.joint_limits))
+        kinematics = KinematicModel(planning_robot(cell.model, cell.settings.joint_limits))
         settings = self._settings(node, cell.settings, kinematics)
         parameters = settings.moveit_servo
         self.scene: PlanningScene = initial_scene(
-            kinematics, cell.settings, cell.settings.planning_parameters, name='servo'
-        )
+            kinematics, cell.settings, cell.settings.planning_parameters, name='servo')
         stream, warnings = build_stream(
-            kinematics, self.scene, CollisionChecker(self.scene), settings, self._group
-        )
+            kinematics, self.scene, CollisionChecker(self.scene), settings, self._group)
         for text in warnings:
             node.get_logger().warning(text)
         topic = parameters.command_out_topic
@@ -84,8 +79,7 @@ class ServoNode:
             node=node,
             clock=clock,
             inbox=inbox,
-            commands=CommandTopics(
-                node, inbox, parameters, clock.now_ns, self._frame_named),
+            commands=CommandTopics(node, inbox, parameters, clock.now_ns, self._frame_named),
             states=JointPositions(node, kinematics, topics, stream.target.names),
             controller=controller,
             stream=stream,
@@ -167,8 +161,7 @@ class ServoNode:
     def _changed(self, settings: ServoNodeSettings) -> None:
         if hasattr(self, '_streaming'):
             stream, _ = build_stream(
-                self._kinematics, self.scene, CollisionChecker(self.scene), settings, self._group
-            )
+                self._kinematics, self.scene, CollisionChecker(self.scene), settings, self._group)
             self._streaming.change(settings.moveit_servo, stream)
 
 

@@ -20,13 +20,13 @@ from armsim_ros.nodes.servo.inputs import JointPositions, StreamClock
 from armsim_ros.nodes.servo.output import ControllerWatch, JointCommands, StatusTopic
 from armsim_ros.servo.commands import (
     Command,
+    CommandInbox,
     Finding,
     InvalidCommandError,
     NOTHING,
     ServoStatus,
     weightiest,
 )
-from armsim_ros.servo.inbox import CommandInbox
 from armsim_ros.servo.stream import Cycle, ServoStream
 from armsim_ros.sim.pacer import prioritize_thread
 
@@ -287,8 +287,7 @@ class Streaming:
             self.stream.stop()
         if not self.output.heard:
             findings.append(
-                Finding(ServoStatus.INVALID, f"'{self.output.topic}' has no subscriber")
-            )
+                Finding(ServoStatus.INVALID, f"'{self.output.topic}' has no subscriber"))
         return findings
 
     def _follow(self, command: Command | None, now: int) -> Cycle:

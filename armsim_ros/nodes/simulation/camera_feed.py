@@ -14,8 +14,7 @@ import threading
 from typing import Any
 
 from armsim_ros.nodes.camera.link import FAMILY, greeting, PLANT, SNAPSHOT
-from armsim_ros.sim.camera.camera import Camera
-from armsim_ros.sim.camera.snapshot import Snapshot, take_snapshot
+from armsim_ros.sim.camera import Camera, Snapshot, take_snapshot
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.physics.compiler import model_to_bytes
 

@@ -17,9 +17,9 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from armsim_ros.config.simulation import RecorderSettings
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.recording.flight_recorder import FlightRecorder
 
 #: Offered by a move_group with sensors for its octomap.
@@ -28,38 +28,28 @@ SYNC_OCTOMAP = '/move_group/sync_octomap'
 _LONGEST_ADDING = 20.0
 
 
-class Digest:
+def serve_trigger(node: Node, work: Work, name: str, function: Callable[[], object]) -> None:
     """
-    Answers with a hash of plant, drives, controllers and time; equal runs have equal ones.
+    Create a ``std_srvs/srv/Trigger`` service.
 
-    :param node: the node that serves.
-    :param digest: makes the hash; called between two ticks.
+    :param function: returns the message of the answer; called between two ticks.
     """
-
-    def __init__(
-        self, node: Node, work: Work, digest: Callable[[], str]
-    ) -> None:
-        self._work = work
-        self._digest = digest
-        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
-            Trigger, '/simulation/digest', self._answer,
-            callback_group=ReentrantCallbackGroup(),
-        )
-
-    async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
+    async def answer(_: Any, response: Trigger.Response) -> Trigger.Response:
         try:
-            response.message = await self._work.in_loop(self._digest)
+            response.message = str(await work.in_loop(function))
             response.success = True
         except SimulationError as error:
             response.message = str(error)
         return response
+
+    node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
+        Trigger, name, answer, callback_group=ReentrantCallbackGroup())
 
 
 class OctomapWait:
     """
     Waits until move_group has added to its octomap what cameras have published.
 
-    :param node: has the client.
     :param pictures: returns how many pictures were published up to now.
     :param sync: publishes the present joint states, without which a picture is not placed.
     """
@@ -95,7 +85,6 @@ class Dump:
     """
     Writes the last seconds of the simulation as MCAP.
 
-    :param node: the node that serves.
     :param recorder: has the last seconds.
     :param events: returns the controllers' latest messages.
     """
@@ -159,34 +148,3 @@ class Dump:
             return Path(self._settings.folder).expanduser()
         home = os.environ.get('ROS_HOME') or '~/.ros'
         return Path(home).expanduser() / 'armsim_recordings'
-
-
-class Sync:
-    """
-    Publishes ``/clock`` and the joint states as they are now, and answers with their time.
-
-    Topics have no answer; a client that needs the present state waits for the message
-    with this time.
-
-    :param node: the node that serves.
-    :param publish: hands the messages to the publishing thread and returns their time [ns];
-        called between two ticks.
-    """
-
-    def __init__(
-        self, node: Node, work: Work, publish: Callable[[], int]
-    ) -> None:
-        self._work = work
-        self._publish = publish
-        node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
-            Trigger, '/simulation/sync', self._answer,
-            callback_group=ReentrantCallbackGroup(),
-        )
-
-    async def _answer(self, _: Any, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message = str(await self._work.in_loop(self._publish))
-            response.success = True
-        except SimulationError as error:
-            response.message = str(error)
-        return response

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.cli.arguments import ProgramArguments, UsageError
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.control.events import ControllerEvent
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.errors import USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
@@ -27,7 +27,7 @@ from armsim_ros.nodes.camera.link import socket_path
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.lockstep import Digest, Dump, OctomapWait, Sync
+from armsim_ros.nodes.simulation.lockstep import Dump, OctomapWait, serve_trigger
 from armsim_ros.nodes.simulation.robot_nodes import RobotNodes
 from armsim_ros.nodes.simulation.sim_time import Clock, ClockHint, IDLE_PERIOD, SimTime
 from armsim_ros.nodes.simulation.threads import (
@@ -37,13 +37,12 @@ from armsim_ros.nodes.simulation.threads import (
     PriorityWatch,
     RealTimeThreads,
 )
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.server import WorldServer
-from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.nodes.state_publishers.joint_transforms import transform
-from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher
+from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher, transform
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation, run_digest
-from armsim_ros.sim.camera.camera import Camera, cameras_of
+from armsim_ros.sim.camera import Camera, cameras_of
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.pacer import Pacer, prefer_latency
@@ -71,7 +70,6 @@ class SimulationProgram:
     The control thread moves time, the executor's thread answers services and actions, and the
     thread that calls ``run`` publishes what the loop hands over.
 
-    :param arguments: the command line.
     :param stop_wanted: whether a signal came; read between the steps of the start.
     :raises ConfigError: the user's files do not describe a robot that can run.
     :raises UsageError: a remapping would give several robots the same name.
@@ -131,8 +129,7 @@ class SimulationProgram:
         simulation = self._cell.settings.simulation
         prioritized = prioritize_process(simulation.pace.priority)
         rclpy.init(
-            args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO
-        )
+            args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO)
         self._executor = SingleThreadedExecutor()
         self._control = ControlThread(self._loop)
         nodes: list[Node] = []
@@ -195,8 +192,7 @@ class SimulationProgram:
                 )
         return [
             lock_domain(
-                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/'
-            )
+                self._ros_args, program='simulation', namespace=robot.settings.namespace or '/')
             for robot in robots
         ]
 
@@ -229,8 +225,7 @@ class SimulationProgram:
         settings = self._cell.settings
         period_ns = self._loop.steps_per_update * self._clock.step_ns
         self._clock_publisher = Clock(
-            self._simulation_node, period_ns if settings.simulation.deterministic else 0
-        )
+            self._simulation_node, period_ns if settings.simulation.deterministic else 0)
         refusals = [text for manager in self._managers.values() for text in manager.refusals]
         logger = self._robots[0].node.get_logger()
         for text in (*self._warnings, *refusals, *self._simulation.warnings):
@@ -238,8 +233,7 @@ class SimulationProgram:
         for text in self._simulation.remarks:
             logger.info(text)
         if not self._cell.model.srdf:
-            logger.info(
-                "without an SRDF the robot's links pass through each other in the physics")
+            logger.info("without an SRDF the robot's links pass through each other in the physics")
         period_ns = round(1e9 / settings.simulation.clock_rate)
         if settings.simulation.state_publisher:
             self._create_state_publisher(period_ns)
@@ -298,8 +292,7 @@ class SimulationProgram:
         self._dispatcher.every(_WATCH_PERIOD, self._watch)
         self._dispatcher.every(IDLE_PERIOD, self._time.update)
         logger.info(
-            f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}"
-        )
+            f"simulation of '{self._cell.model.name}' runs; controllers: {', '.join(states)}")
 
     async def _settle(self) -> None:
         """Wait in lockstep for what programs make of what a step has published."""
@@ -309,14 +302,17 @@ class SimulationProgram:
     def _create_lockstep_services(self) -> None:
         node = self._simulation_node
         work = Work(node, self._loop, self._dispatcher)
-        Sync(node, work, self._sync)
-        Digest(node, work, lambda: run_digest(self._simulation, self._managers))
+        # Topics have no answer: a client that needs the present state waits for the message with
+        # the time that this service returns.
+        serve_trigger(node, work, '/simulation/sync', self._sync)
+        # Plant, drives, controllers and time; equal runs have equal hashes.
+        serve_trigger(node, work, '/simulation/digest',
+                      lambda: run_digest(self._simulation, self._managers))
         settings = self._cell.settings.simulation.recorder
         if not settings.seconds:
             return
         recorder = FlightRecorder(
-            self._cell, self._simulation, self._managers, seconds=settings.seconds
-        )
+            self._cell, self._simulation, self._managers, seconds=settings.seconds)
         self._loop.every(recorder.period_ns, recorder.sample)
         self._dump = Dump(node, work, recorder, settings, self._recent_events)
 

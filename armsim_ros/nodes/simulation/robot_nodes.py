@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+import time
 from typing import Any
 
 from rclpy.executors import Executor
@@ -13,28 +14,28 @@ from rclpy.node import Node
 
 from armsim_ros.config.simulation import JointFault, JointFaults
 from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
-from armsim_ros.control.events import CAPACITY, ControllerEvent
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.mailbox import CAPACITY, ControllerEvent
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.qos import publish_descriptions
-from armsim_ros.nodes.simulation.controller_manager.descriptions import ControllerDescriptions
 from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
-from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
+from armsim_ros.nodes.simulation.controller_manager.registry import (
+    ControllerDescriptions,
+    ControllerRegistry,
+)
 from armsim_ros.nodes.simulation.controller_manager.services import (
     ControllerManagerQueries,
     ControllerManagerServices,
 )
 from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
-from armsim_ros.nodes.simulation.discovery import DomainWatch
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.signal_wiring import finger_switches, wire_signals
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.grippers.vacuum_control import finger_switches, VacuumControl, wire_signals
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 
@@ -48,10 +49,7 @@ class EventLog:
     """
 
     def __init__(
-        self,
-        node: Node,
-        manager: ControllerManager,
-        sides: Mapping[str, ControllerNode],
+        self, node: Node, manager: ControllerManager, sides: Mapping[str, ControllerNode]
     ) -> None:
         self._node = node
         self._manager = manager
@@ -79,7 +77,6 @@ class FaultParameters:
     """
     Injects joint faults; only if ``fault_injection`` of simulation.yaml is set.
 
-    :param node: the manager's node.
     :param injector: makes the joints fail.
     :param joints: those of the manager's robot.
     """
@@ -100,14 +97,45 @@ class FaultParameters:
         self._shown = settings
 
 
+#: How long another simulation is searched after the start [s]; discovery takes a few tenths.
+WATCH_TIME = 2.0
+
+
+class DomainWatch:
+    """
+    Searches for a second controller manager of our name in the ROS graph.
+
+    On one machine a lock keeps the second away; this finds those of other machines. Only the
+    latest searches: an older one no longer does. Two that start at the same time
+    both find the other and both give up.
+
+    :param found: called once with the message for the user.
+    """
+
+    def __init__(self, node: Node, found: Callable[[str], None]) -> None:
+        self._node = node
+        self._found = found
+        self._end = time.monotonic() + WATCH_TIME
+
+    def look(self) -> None:
+        """Check once; does nothing after the watch time."""
+        if time.monotonic() > self._end:
+            return
+        own = (self._node.get_name(), self._node.get_namespace())
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            self._end = 0.0
+            name = self._node.get_fully_qualified_name()
+            self._found(
+                f'another simulation already runs as {name} on this ROS domain, and both '
+                'publish the same topics. Stop it, or set another ROS_DOMAIN_ID, or start this '
+                'simulation with namespace:=NAME'
+            )
+
+
 class RobotNodes:
     """
     The nodes of a robot and their endpoints.
 
-    :param robot: the robot.
-    :param manager: its controller manager.
-    :param loop: runs all managers.
-    :param executor: serves the nodes.
     :param faults: makes joints fail, where that is possible.
     :param time: makes the nodes, and sets their clocks.
     """
@@ -125,8 +153,7 @@ class RobotNodes:
         """Create what others must discover early: the manager and its controllers."""
         namespace = robot.settings.namespace or '/'
         self.node = time.node(
-            'controller_manager', namespace=namespace, allow_undeclared_parameters=True
-        )
+            'controller_manager', namespace=namespace, allow_undeclared_parameters=True)
         executor.add_node(self.node)
         self._robot = robot
         self._manager = manager

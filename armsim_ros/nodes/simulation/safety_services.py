@@ -56,11 +56,7 @@ class RobotStatusTopic:
 
 
 class SafetyServices:
-    """
-    The state of an arm's drives and safety, in the robot's namespace.
-
-    :param nodes: whose arm it is.
-    """
+    """The state of an arm's drives and safety, in the robot's namespace."""
 
     def __init__(self, nodes: ArmNodes) -> None:
         self._arm = arm = nodes.arm

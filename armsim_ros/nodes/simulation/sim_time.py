@@ -30,9 +30,7 @@ class ToldNode(GuardedNode):
     Its clock is set when it is read: to set a clock wakes the executor where the node has
     an action server, which at the rate of ``/clock`` would take most of a processor.
 
-    :param name: of the node.
     :param now: returns the simulation's time [ns].
-    :param options: those of ``rclpy.node.Node``.
     """
 
     def __init__(self, name: str, now: Callable[[], int], **options: Any) -> None:
@@ -80,11 +78,7 @@ class SimTime:
         self._nodes: dict[ToldNode, None] = {}
 
     def node(self, name: str, **options: Any) -> ToldNode:
-        """
-        Create a node.
-
-        :param options: those of ``rclpy.node.Node``.
-        """
+        """Create a node."""
         parameter = Parameter('use_sim_time', value=self._used)
         node = ToldNode(name, lambda: self.now(), parameter_overrides=[parameter], **options)
         self._nodes[node] = None
@@ -104,7 +98,6 @@ class Clock:
     """
     Publishes the simulation's time.
 
-    :param node: the node that publishes.
     :param period_ns: where it is given, every multiple of it that time has passed since the last
         message has its own [ns].
     """
@@ -116,11 +109,7 @@ class Clock:
         self._last_ns = 0
 
     def publish(self, time_ns: int) -> None:
-        """
-        Publish a time, if it has subscribers.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish a time, if it has subscribers."""
         if self._publisher.wanted(time_ns):
             period_ns = self._period_ns
             if period_ns:

@@ -41,11 +41,7 @@ def prioritize_process(control_priority: int) -> bool:
 
 
 class ControlThread:
-    """
-    Runs the control loop.
-
-    :param loop: the loop; nothing else may tick it.
-    """
+    """Runs the control loop."""
 
     def __init__(self, loop: ControlLoop) -> None:
         self.failure = ''
@@ -76,12 +72,7 @@ class ControlThread:
 
 
 class ExecutorThread:
-    """
-    Spins an executor; a callback's exception is logged, and the others go on.
-
-    :param executor: holds the nodes.
-    :param logger: takes what callbacks raise.
-    """
+    """Spins an executor; a callback's exception is logged, and the others go on."""
 
     def __init__(self, executor: SingleThreadedExecutor, logger: RcutilsLogger) -> None:
         self._executor = executor

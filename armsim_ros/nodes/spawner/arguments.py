@@ -43,7 +43,6 @@ class SpawnerRequest:
     """
     All that the spawner is to do.
 
-    :param options: those that hold for all controllers.
     :param ignored: words that mean nothing.
     """
 
@@ -136,9 +135,7 @@ def _add_options(parser: argparse.ArgumentParser, *, asap: bool) -> None:
         help='if a controller cannot be loaded, spawn the others; the status is still 1')
 
 
-def _add_controller_options(
-    parser: argparse._ActionsContainer, *, hidden: bool = False
-) -> None:
+def _add_controller_options(parser: argparse._ActionsContainer, *, hidden: bool = False) -> None:
     def text(line: str) -> str:
         return line + (f'; after {BLOCK} NAME' if hidden else '')
 

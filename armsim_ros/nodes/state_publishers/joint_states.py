@@ -173,7 +173,6 @@ class JointStates:
     The joints of a description and where they are.
 
     :param text: the description.
-    :param options: the node's parameters.
     :raises ModelError: the text is not a description, or a joint has no limits.
     """
 

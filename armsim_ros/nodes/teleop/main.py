@@ -24,11 +24,15 @@ from armsim_ros.nodes.teleop.commands import (
     SERVO_HELP,
     stick_command,
 )
-from armsim_ros.nodes.teleop.following import Following
-from armsim_ros.nodes.teleop.gamepad import find_gamepad
-from armsim_ros.nodes.teleop.leader import Leader
+from armsim_ros.nodes.teleop.devices import (
+    Ending,
+    ending_by_signals,
+    find_gamepad,
+    paced,
+    terminal,
+)
+from armsim_ros.nodes.teleop.leader import Following, Leader
 from armsim_ros.nodes.teleop.servo_link import ServoLink
-from armsim_ros.nodes.teleop.terminal import Ending, ending_by_signals, paced, terminal
 from armsim_ros.nodes.verbs.go import published_robot
 from armsim_ros.nodes.verbs.terminal import parser, read, share, Words
 

@@ -33,11 +33,9 @@ from armsim_ros.nodes.teleop.commands import (
     RECORD_HELP,
     stick_command,
 )
-from armsim_ros.nodes.teleop.following import Following
-from armsim_ros.nodes.teleop.gamepad import find_gamepad
-from armsim_ros.nodes.teleop.leader import Leader
+from armsim_ros.nodes.teleop.devices import Ending, find_gamepad, Terminal, terminal
+from armsim_ros.nodes.teleop.leader import Following, Leader
 from armsim_ros.nodes.teleop.servo_link import ANGULAR, JOINT, LINEAR
-from armsim_ros.nodes.teleop.terminal import Ending, Terminal, terminal
 from armsim_ros.tasks.base import TaskEnv
 from armsim_ros.tasks.hand import HandModel
 
@@ -138,8 +136,7 @@ def record(options: argparse.Namespace, ros: Sequence[str], ending: Ending) -> i
         operator.task = runner.task
         data = opened(Plan(source, 1), Path(folder), runner)
         operator.device = _device(options, ros, operator, keys, stack)
-        runner.env = stack.enter_context(
-            task_over_ros(runner.env, options.robot, lockstep=False))
+        runner.env = stack.enter_context(task_over_ros(runner.env, options.robot, lockstep=False))
         helps = {'keyboard': HELP, 'gamepad': GAMEPAD_HELP}
         print(helps.get(options.device.partition(':')[0], '') + RECORD_HELP, flush=True)
         while not ending:
@@ -184,8 +181,7 @@ def _device(options: argparse.Namespace, ros: Sequence[str], operator: Operator,
                           options.speed, approach=options.approach)
 
     def lead() -> Mapping[str, float] | None:
-        goals = following.step(leader.positions, operator.task.commanded,
-                               operator.task.period)
+        goals = following.step(leader.positions, operator.task.commanded, operator.task.period)
         level = leader.level(hand)
         if following.engaged and level is not None:
             operator.level = level

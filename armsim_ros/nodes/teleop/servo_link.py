@@ -31,9 +31,6 @@ class ServoLink:
     """
     A stream of commands to servo_node.
 
-    :param client: the node.
-    :param servo: name of servo_node.
-    :param robot: moves.
     :param frame: has the axes of twists; '' is the base of the planning group.
     :param speed: share of the largest speeds.
     :param patience: for servo_node to appear [s].

@@ -13,11 +13,11 @@ from armsim_ros.errors import nearest
 
 #: Program -> module and function here.
 PROGRAMS = {
-    **{name: (f'upstream.{name}', 'main') for name in (
-        'ros2_control_node', 'robot_state_publisher', 'joint_state_publisher',
-        'static_transform_publisher')},
-    'move_group': ('upstream.planning_programs', 'move_group'),
-    'servo_node': ('upstream.planning_programs', 'servo_node'),
+    'static_transform_publisher': ('upstream.static_transform_publisher', 'main'),
+    **{name: ('upstream.state_publishers', name) for name in (
+        'robot_state_publisher', 'joint_state_publisher')},
+    **{name: ('upstream.robot_programs', name) for name in (
+        'ros2_control_node', 'move_group', 'servo_node')},
     'rosbridge_websocket': ('bridge.main', 'main'),
     'foxglove_bridge': ('bridge.main', 'foxglove_bridge'),
     'spawner': ('spawner.main', 'main'),

@@ -137,8 +137,6 @@ def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     missing = [name for name in (URDF, SEMANTIC) if not values.get(name)]
     if missing:
-        from armsim_ros.nodes.upstream.robot_package import wait_for_descriptions
-
         values.update(wait_for_descriptions(arguments, missing, missing))
     package = RobotPackage(folder, str(values[URDF]), str(values[SEMANTIC]))
     package.add_move_group(values)
@@ -185,8 +183,7 @@ def wait_for_descriptions(
         node = Node(f'{arguments.name}_waits', context=context, use_global_arguments=True,
                     enable_rosout=False, start_parameter_services=False)
         for topic in topics:
-            node.create_subscription(
-                String, topic, partial(_note, found, topic), qos.LATCHED)
+            node.create_subscription(String, topic, partial(_note, found, topic), qos.LATCHED)
         node.create_timer(_REMINDER, lambda: node.get_logger().info(
             f"waiting for the topic {' or '.join(topics)}"))
         executor = SingleThreadedExecutor(context=context)

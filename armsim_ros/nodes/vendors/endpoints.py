@@ -26,7 +26,7 @@ from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.control_loop import ControlLoop
 
 #: The names of the field for a text in the answer of a service.
@@ -37,7 +37,6 @@ class ArmNodes:
     """
     An arm, and what is needed to give it endpoints.
 
-    :param node: a node in the robot's namespace.
     :param new_node: makes a further node in that namespace.
     """
 

@@ -66,8 +66,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         wrapped = _run(client, plan_goal(
             group, target, speed=asked.speed, acceleration=asked.acceleration,
             plan_only=asked.plan_only))
-        value, text, status = _outcome(
-            client, wrapped, group, target, asked.plan_only, simulated)
+        value, text, status = _outcome(client, wrapped, group, target, asked.plan_only, simulated)
         others = _other_groups(robot, group, asked)
         if others and not status:
             text += f"; '{asked.target[0]}' is a state of {others}, too: --group"

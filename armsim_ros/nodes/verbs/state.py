@@ -113,6 +113,5 @@ def active_controllers(client: RosClient, patience: float) -> list[dict[str, Any
     for name in sorted(names):
         space = name.removesuffix(_MANAGER).rpartition('/')[0]
         for each in call(client, ListControllers, name, None, patience).controller:
-            found.append({'name': f'{space}/{each.name}', 'state': each.state,
-                          'type': each.type})
+            found.append({'name': f'{space}/{each.name}', 'state': each.state, 'type': each.type})
     return found

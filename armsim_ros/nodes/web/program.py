@@ -12,9 +12,9 @@ import threading
 
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.serving.ports import is_loopback
-from armsim_ros.nodes.web.arguments import WebArguments
+from armsim_ros.nodes.web.main import WebArguments
 from armsim_ros.nodes.web.page import Page, Part
-from armsim_ros.nodes.web.parts.controllers import ControllersPart
+from armsim_ros.nodes.web.parts.controllers import ControllersPart, SafetyPart
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.jog import JogPart
 from armsim_ros.nodes.web.parts.motion import MotionPart
@@ -22,18 +22,13 @@ from armsim_ros.nodes.web.parts.objects import ObjectsPart
 from armsim_ros.nodes.web.parts.octomap import OctomapPart
 from armsim_ros.nodes.web.parts.path import PathPart
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.parts.safety import SafetyPart
 from armsim_ros.nodes.web.parts.simulation import SimulationPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
 from armsim_ros.packages import Packages
 
 
 class WebProgram:
-    """
-    The link to the graph and the page.
-
-    :param arguments: the command line.
-    """
+    """The link to the graph and the page."""
 
     def __init__(self, arguments: WebArguments) -> None:
         self._arguments = arguments

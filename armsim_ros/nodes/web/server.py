@@ -29,7 +29,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from armsim_ros.nodes.serving.access import AccessRules, answer
+from armsim_ros.nodes.serving.access import AccessRules, answer, RateLimit
 from armsim_ros.nodes.serving.ports import (
     free_port,
     is_loopback,
@@ -37,7 +37,6 @@ from armsim_ros.nodes.serving.ports import (
     shown_host,
     silent_logger,
 )
-from armsim_ros.nodes.serving.rate_limit import RateLimit
 
 #: The largest message that is read [bytes]: a mesh that the user adds.
 LARGEST_MESSAGE = 24 << 20

@@ -12,7 +12,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.sim.drives.period import product
+from armsim_ros.sim.drives.reference import product
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
 
 #: Between two nodes that lie so far apart inertia and other torques are taken as linear [steps].
@@ -62,8 +62,7 @@ class InverseDynamics:
         prefix = f'{model.name}/'
         # All joints have one degree of freedom: position, velocity and joint numbers agree.
         self._joints = np.array(
-            [plant_order.index(prefix + name) for name in model.movable_joints], dtype=np.intp
-        )
+            [plant_order.index(prefix + name) for name in model.movable_joints], dtype=np.intp)
         self._expand, self._offset = _mimic_map(model)
         scatter = np.zeros((self._model.nv, len(model.movable_joints)))
         scatter[self._joints, np.arange(len(self._joints))] = 1.0

@@ -80,9 +80,7 @@ def _rated(joint: Joint) -> float:
     return min(velocity, USUAL_VELOCITY) if np.isfinite(velocity) else USUAL_VELOCITY
 
 
-def _states(
-    model: RobotModel, start: Mapping[str, float], random: np.random.Generator
-) -> Matrix:
+def _states(model: RobotModel, start: Mapping[str, float], random: np.random.Generator) -> Matrix:
     """Return states (k, n) of the active joints: the start, named ones, and some in between."""
     named: Iterable[Mapping[str, float]] = (
         values for states in model.semantic.named_states.values() for values in states.values())

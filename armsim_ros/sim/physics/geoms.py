@@ -14,16 +14,7 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.geometry import (
-    Box,
-    Capsule,
-    Cone,
-    Cylinder,
-    Geometry,
-    Mesh,
-    Plane,
-    Sphere,
-)
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     pose_from_parts,
@@ -57,8 +48,7 @@ def add_geom(
     if isinstance(geometry, Plane):
         pose = pose @ _plane_pose(geometry)
     geom = body.add_geom(
-        type=kind, pos=pose[:3, 3], quat=quat_wxyz_from_matrix(pose), size=size, **fields
-    )
+        type=kind, pos=pose[:3, 3], quat=quat_wxyz_from_matrix(pose), size=size, **fields)
     if isinstance(geometry, Cone):
         geometry = _cone_mesh(geometry)
     if isinstance(geometry, Mesh):
@@ -119,8 +109,7 @@ def _cone_mesh(cone: Cone) -> Mesh:
     angles = np.linspace(0.0, 2.0 * math.pi, CONE_CORNERS, endpoint=False)
     half = 0.5 * cone.length
     base = np.column_stack(
-        [cone.radius * np.cos(angles), cone.radius * np.sin(angles), np.full(CONE_CORNERS, -half)]
-    )
+        [cone.radius * np.cos(angles), cone.radius * np.sin(angles), np.full(CONE_CORNERS, -half)])
     apex, centre = CONE_CORNERS, CONE_CORNERS + 1
     vertices = np.vstack([base, [0.0, 0.0, half], [0.0, 0.0, -half]])
     triangles = []

@@ -165,8 +165,7 @@ class PlantSpec:
         if not item.parts:
             raise SimulationError(f"object '{item.name}' has no shape")
         body = self.spec.worldbody.add_body(
-            name=name, pos=item.pose[:3, 3], quat=quat_wxyz_from_matrix(item.pose)
-        )
+            name=name, pos=item.pose[:3, 3], quat=quat_wxyz_from_matrix(item.pose))
         volumes = [1.0] * len(item.parts)
         if item.mass is not None:
             body.add_freejoint(name=name)
@@ -237,10 +236,7 @@ class PlantSpec:
 
 
 def build_plant(
-    model: RobotModel,
-    settings: SimulationSettings,
-    objects: Iterable[WorldObject],
-    ground: Ground,
+    model: RobotModel, settings: SimulationSettings, objects: Iterable[WorldObject], ground: Ground
 ) -> PlantSpec:
     """
     Return the specification of a robot in its world.

@@ -17,8 +17,12 @@ from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.errors import SimulationError
 from armsim_ros.sim.physics.compiler import compile_model, StateTransfer
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
-from armsim_ros.sim.physics.saved_state import PlantState
-from armsim_ros.sim.physics.stability import Checkpoints, keep_physics_quiet, unstable_element
+from armsim_ros.sim.physics.saved_state import (
+    Checkpoints,
+    keep_physics_quiet,
+    PlantState,
+    unstable_element,
+)
 
 #: Steps that are done once more at most, but for a control period, to find an unstable step.
 KEPT_STEPS = 10
@@ -108,9 +112,7 @@ class Plant:
         if count > 1:
             return self._retrace(np.tile(self._inputs, (count, 1)))
         velocities = self._qvel[self._qvel_at]
-        culprit = unstable_element(
-            self.joint_names, velocities, self._state.velocity, model, data
-        )
+        culprit = unstable_element(self.joint_names, velocities, self._state.velocity, model, data)
         if not culprit:
             checkpoints.step(model, data)
         return 1, culprit
@@ -183,9 +185,7 @@ class Plant:
         state.acceleration[:] = self._qacc[self._qvel_at]
         state.effort[self._active] = self._force * self._per_finger
 
-    def reset(
-        self, positions: Vector, place_objects: Callable[[], object] = lambda: None
-    ) -> None:
+    def reset(self, positions: Vector, place_objects: Callable[[], object] = lambda: None) -> None:
         """
         Go back to the start of everything, but with the joints at ``positions`` (n,).
 

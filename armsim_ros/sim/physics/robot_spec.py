@@ -83,20 +83,17 @@ class RobotSpec:
         root_pose = pose_matrix(placement.xyz, placement.rpy)
         bodies = {
             self.model.root_link: self._add_link(
-                self.spec.worldbody, self.model.links[self.model.root_link], root_pose
-            )
+                self.spec.worldbody, self.model.links[self.model.root_link], root_pose)
         }
         for joint in self.model.joints.values():
             body = self._add_link(
-                bodies[joint.parent], self.model.links[joint.child], joint.origin
-            )
+                bodies[joint.parent], self.model.links[joint.child], joint.origin)
             self._add_joint(body, joint)
             bodies[joint.child] = body
 
     def _add_link(self, parent: Any, link: Link, pose: Matrix) -> Any:
         body = parent.add_body(
-            name=self.name(link.name), pos=pose[:3, 3], quat=quat_wxyz_from_matrix(pose)
-        )
+            name=self.name(link.name), pos=pose[:3, 3], quat=quat_wxyz_from_matrix(pose))
         # All mass is the URDF's: shapes weigh nothing.
         body.explicitinertial = True
         if link.inertial is not None:
@@ -105,8 +102,7 @@ class RobotSpec:
             body.mass, body.ipos = LEAST_MASS, [0.0, 0.0, 0.0]
             body.inertia = [LEAST_INERTIA] * 3
             self.warnings.append(
-                f"link '{link.name}' moves but has no mass; it gets {LEAST_MASS} kg"
-            )
+                f"link '{link.name}' moves but has no mass; it gets {LEAST_MASS} kg")
         if self._contacts:
             self._add_shapes(body, link)
         return body
@@ -177,8 +173,7 @@ class RobotSpec:
         limits = joint.limits
         # A mimic joint is bounded by its driver, as published limits of the two often disagree.
         limited = joint.type is not JointType.CONTINUOUS and joint.mimic is None and all(
-            math.isfinite(bound) for bound in (limits.lower, limits.upper)
-        )
+            math.isfinite(bound) for bound in (limits.lower, limits.upper))
         if not self._moved_by_another(joint):
             # Robots do not fall asleep, not even those that only mimic others.
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
@@ -206,10 +201,7 @@ class RobotSpec:
         for name in self.model.active_joints:
             effort = bound_or_infinite(self.model.joints[name].limits.effort)
             motor = self.spec.add_actuator(
-                name=self.name(name),
-                target=self.name(name),
-                trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            )
+                name=self.name(name), target=self.name(name), trntype=mujoco.mjtTrn.mjTRN_JOINT)
             motor.set_to_motor()
             # Stiffness and damping of the drive come with its gains.
             motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE

@@ -76,8 +76,7 @@ class WorldNews:
     @property
     def empty(self) -> bool:
         """Whether nothing has changed."""
-        return not (
-            self.added or self.moved or self.removed or self.grasped or self.released)
+        return not (self.added or self.moved or self.removed or self.grasped or self.released)
 
 
 class WorldWatch:
@@ -147,8 +146,7 @@ class WorldMirror:
         removed = tuple(name for name in self._reported if name not in now.objects)
         for name in removed:
             del self._reported[name]
-        released = tuple(pair for pair in self._held.items()
-                         if now.held.get(pair[0]) != pair[1])
+        released = tuple(pair for pair in self._held.items() if now.held.get(pair[0]) != pair[1])
         grasped = tuple(pair for pair in now.held.items()
                         if whole or self._held.get(pair[0]) != pair[1])
         begun = {name for name, _ in grasped}

@@ -1,15 +1,27 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a file or text of a world gave, or why it gave nothing."""
+"""What a file or text of a world gave, or why it gave nothing; objects of a shape or a URDF."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+import math
+from urllib.parse import parse_qsl
 
-from armsim_ros.errors import SimulationError
-from armsim_ros.model.world_objects import WorldObject
+import numpy as np
+from pydantic import ValidationError
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.config.world import WorldObjectSettings
+from armsim_ros.errors import ModelError, nearest, SimulationError
+from armsim_ros.model.description.urdf import parse_urdf
+from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
+from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.inertia import combined, inertial_of
+from armsim_ros.model.robot_model import Inertial, JointType, LinkGeometry
+from armsim_ros.model.world_objects import object_from_settings, WorldObject
 
 
 class Fault(Enum):
@@ -100,6 +112,18 @@ def told_of(loaded: LoadedObject | LoadedWorld) -> str:
     return '; '.join((*unused, *loaded.remarks))
 
 
+def parse(text: str, file: str) -> XmlElement:
+    """
+    Return the root element of a text.
+
+    :raises ResourceFaultError: it is not XML; with its line.
+    """
+    try:
+        return parse_xml(text, file)
+    except ModelError as error:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
+
+
 def check_names(items: Iterable[WorldObject]) -> None:
     """
     Refuse a world with two objects of the same name.
@@ -112,3 +136,104 @@ def check_names(items: Iterable[WorldObject]) -> None:
             raise ResourceFaultError(
                 Fault.RESOURCE_PARSE_ERROR, f"two objects have the name '{item.name}'")
         seen.add(item.name)
+
+
+#: Shape -> its measures, with the count of numbers and what they are where not given.
+MEASURES: Mapping[str, Mapping[str, tuple[int, str]]] = {
+    'box': {'size': (3, '0.1,0.1,0.1')},
+    'sphere': {'radius': (1, '0.05')},
+    'cylinder': {'radius': (1, '0.05'), 'length': (1, '0.1')},
+    'capsule': {'radius': (1, '0.05'), 'length': (1, '0.1')},
+    'cone': {'radius': (1, '0.05'), 'length': (1, '0.1')},
+}
+#: What every shape may have; without a mass it never moves.
+_COMMON = {'mass': 1, 'friction': 1, 'color': 0}
+
+
+def shape_object(shape: str, query: str) -> LoadedObject:
+    """
+    Return the object that an address describes; it has no name.
+
+    :param shape: such as ``box``.
+    :param query: what follows the question mark.
+    :raises ResourceFaultError: names the word that is wrong and what is allowed.
+    """
+    measures = MEASURES[shape]
+    known = (*measures, *_COMMON)
+    words = dict(parse_qsl(query, keep_blank_values=True))
+    for word in words:
+        if word not in known:
+            hint = nearest(word, known) or f'allowed: {", ".join(known)}'
+            raise _refused(f"'{word}' is not a word of armsim://{shape}; {hint}")
+    content: dict[str, object] = {'type': shape}
+    for word, (count, default) in measures.items():
+        numbers = _numbers(word, words.get(word, default), count)
+        content[word] = numbers if count > 1 else numbers[0]
+    settings: dict[str, object] = {'parts': [{'shape': content}]}
+    for word in ('mass', 'friction'):
+        if word in words:
+            settings[word] = _numbers(word, words[word], 1)[0]
+    if 'color' in words:
+        color = _numbers('color', words['color'], 0)
+        settings['color'] = [*color, 1.0] if len(color) == 3 else color
+    try:
+        checked = WorldObjectSettings.model_validate(settings)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = '.'.join(str(key) for key in first['loc'])
+        raise _refused(f"armsim://{shape}: {place}: {first['msg']}") from None
+    return LoadedObject(object_from_settings('', checked))
+
+
+def _numbers(word: str, text: str, count: int) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(',')]
+    except ValueError:
+        values = []
+    if not values or not all(map(math.isfinite, values)) or (count and len(values) != count):
+        requested = f'{count} finite numbers' if count > 1 else 'a finite number'
+        raise _refused(f'{word}={text[:60]} is wrong; allowed: {requested}, parted by commas')
+    return values
+
+
+def _refused(text: str) -> ResourceFaultError:
+    return ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, text)
+
+
+MeshReader = Callable[[str, tuple[float, float, float]], Mesh]
+
+
+def urdf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
+    """
+    Return a URDF as an object that moves freely; its joints are fixed at 0.
+
+    :raises ResourceFaultError: the text is wrong; with its line.
+    """
+    try:
+        content = parse_urdf(text, file, read_mesh=read_mesh)
+    except ModelError as error:
+        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
+    unused = Unused()
+    for problem in content.problems:
+        unused.add(str(problem))
+    poses: dict[str, Matrix] = {content.root_link: np.eye(4)}
+    for joint in content.joints.values():
+        poses[joint.child] = poses[joint.parent] @ joint.origin
+        if joint.type is not JointType.FIXED:
+            unused.add(f"joint '{joint.name}' of type '{joint.type.value}': its links hold "
+                       'together')
+    parts: list[LinkGeometry] = []
+    inertials: list[Inertial] = []
+    for name, link in content.links.items():
+        color = next((shape.rgba for shape in link.visuals if shape.rgba), None)
+        parts += [LinkGeometry(shape.geometry, poses[name] @ shape.origin,
+                               rgba=shape.rgba or color) for shape in link.collisions]
+        if link.inertial is not None:
+            inertials.append(Inertial(link.inertial.mass, poses[name] @ link.inertial.origin,
+                                      link.inertial.inertia))
+    if not parts:
+        raise ResourceFaultError(
+            Fault.RESOURCE_PARSE_ERROR, f"{file}: '{content.name}' has no <collision>")
+    whole = combined(inertials) if inertials else inertial_of(parts)
+    item = WorldObject(content.name, np.eye(4), tuple(parts), whole.mass, inertial=whole)
+    return LoadedObject(item, unused.lines)

@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import ModelError, SimulationError
-from armsim_ros.model.description.xml_tree import parse_xml, xml_text, XmlElement
+from armsim_ros.errors import SimulationError
+from armsim_ros.model.description.xml_tree import xml_text, XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.inertia import combined
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
@@ -31,6 +31,7 @@ from armsim_ros.sim.world_files.loaded import (
     Fault,
     LoadedObject,
     LoadedWorld,
+    parse,
     ResourceFaultError,
     Unused,
 )
@@ -74,8 +75,7 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
     model, unused = _compiled(text, file, read_mesh, ignore_assets)
     reader = _Reader(model, unused)
     x, y, z = (float(value) for value in model.opt.gravity)
-    items = [reader.item(body) for body in range(1, model.nbody)
-              if model.body_parentid[body] == 0]
+    items = [reader.item(body) for body in range(1, model.nbody) if model.body_parentid[body] == 0]
     fixed = reader.geoms(0, np.eye(4))
     floor: float | None = None
     for name, part in fixed:
@@ -106,8 +106,7 @@ class _Reader:
         """Return a body at the top with all that hangs on it as an object."""
         model = self._model
         name = model.body(top).name or f'body_{top}'
-        inside = [body for body in range(top, model.nbody)
-                  if model.body_rootid[body] == top]
+        inside = [body for body in range(top, model.nbody) if model.body_rootid[body] == top]
         free = False
         for body in inside:
             start = int(model.body_jntadr[body])
@@ -187,8 +186,7 @@ class _Reader:
             self._data.xpos[body], matrix_from_quat_wxyz(self._data.xquat[body]))
 
     def _inertial(self, body: int, frame: Matrix) -> Inertial:
-        pose = pose_from_parts(
-            self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
+        pose = pose_from_parts(self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
         return Inertial(float(self._model.body_mass[body]), frame @ pose,
                         np.diag(self._model.body_inertia[body]))
 
@@ -196,10 +194,7 @@ class _Reader:
 def _compiled(text: str, file: str, read_mesh: MeshReader, ignore_assets: bool = False
               ) -> tuple[Any, Unused]:
     """Return the ``MjModel`` of a text without what is not read, and what that was."""
-    try:
-        root = parse_xml(text, file)
-    except ModelError as error:
-        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
+    root = parse(text, file)
     unused, meshes = Unused(), list[tuple[str, Mesh]]()
     for child in list(root.children):
         if child.tag == 'option':
@@ -256,8 +251,7 @@ def _take_meshes(asset: XmlElement, folder: str, read_mesh: MeshReader,
                     f"{child.where}: scale is '{' '.join(words)}'; allowed: 3 numbers") from None
             asset.children.remove(child)
             try:
-                meshes.append(
-                    (name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
+                meshes.append((name, read_mesh(f'{folder}/{file}' if folder else file, (x, y, z))))
             except ResourceFaultError as error:
                 if not ignore_assets or error.fault not in ASSET_FAULTS:
                     raise
@@ -290,8 +284,8 @@ def _clean(element: XmlElement, unused: Unused) -> None:
 
 
 def _tells_gravity(text: str, file: str) -> bool:
-    return any(option.get('gravity') for option in parse_xml(text, file).all('option'))
+    return any(option.get('gravity') for option in parse(text, file).all('option'))
 
 
 def _model_name(text: str, file: str) -> str:
-    return parse_xml(text, file).get('model') or 'world'
+    return parse(text, file).get('model') or 'world'

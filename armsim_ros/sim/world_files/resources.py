@@ -25,10 +25,17 @@ from armsim_ros.model.mesh.meshes import load_mesh
 from armsim_ros.model.world_objects import object_from_settings, world_objects, WorldObject
 from armsim_ros.packages import Packages, sourced_prefixes
 from armsim_ros.resources import check_inside, PACKAGE, resolve_uri, share_folder
-from armsim_ros.sim.world_files.loaded import Fault, LoadedObject, LoadedWorld, ResourceFaultError
+from armsim_ros.sim.world_files.loaded import (
+    Fault,
+    LoadedObject,
+    LoadedWorld,
+    MEASURES,
+    ResourceFaultError,
+    shape_object,
+    urdf_object,
+)
 from armsim_ros.sim.world_files.mjcf import mjcf_object, mjcf_world
 from armsim_ros.sim.world_files.sdf import MeshReader, ModelReader, sdf_object, sdf_world
-from armsim_ros.sim.world_files.shapes import MEASURES, shape_object, urdf_object
 
 SCHEME = 'armsim://'
 #: What a text may be.
@@ -170,9 +177,7 @@ class WorldResources:
         return LoadedObject(replace(
             _yaml_object(text, name), name=file.stem if file is not None else ''))
 
-    def _world(
-        self, text: str, name: str, file: Path | None, ignore_assets: bool
-    ) -> LoadedWorld:
+    def _world(self, text: str, name: str, file: Path | None, ignore_assets: bool) -> LoadedWorld:
         kind, read_mesh = _kind(text, name), partial(self._mesh, file)
         stem = file.stem if file is not None else ''
         if kind == 'sdf':
@@ -231,8 +236,7 @@ class WorldResources:
 
 def _given(text: str) -> str:
     if not text:
-        raise ResourceFaultError(
-            Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
+        raise ResourceFaultError(Fault.NO_RESOURCE, "neither 'uri' nor 'resource_string' is given")
     return text
 
 

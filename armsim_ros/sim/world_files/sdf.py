@@ -19,8 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.errors import ModelError
-from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
+from armsim_ros.model.description.xml_tree import XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.inertia import combined
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
@@ -32,6 +31,7 @@ from armsim_ros.sim.world_files.loaded import (
     Fault,
     LoadedObject,
     LoadedWorld,
+    parse,
     ResourceFaultError,
     Unused,
 )
@@ -61,7 +61,7 @@ def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelRea
 
     :raises ResourceFaultError: the text is wrong; with its line.
     """
-    root, unused = _parse(text, file), Unused()
+    root, unused = parse(text, file), Unused()
     model = root if root.tag == 'model' else root.first('model')
     if model is None:
         raise _refused(root, 'it has no <model>')
@@ -78,7 +78,7 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     :param ignore_assets: leave out meshes and models that are missing or cannot be read.
     :raises ResourceFaultError: the text is wrong; with its line.
     """
-    root, unused = _parse(text, file), Unused()
+    root, unused = parse(text, file), Unused()
     world = root.first('world')
     if world is None:
         raise _refused(root, 'it has no <world>')
@@ -152,7 +152,7 @@ class _Reader:
     def include(self, element: XmlElement, scope: _Scope, depth: int) -> WorldObject:
         uri = _text(element, 'uri')
         text, read_mesh, read_model = self._read_model(uri)
-        inside = _parse(text, uri)
+        inside = parse(text, uri)
         model = inside if inside.tag == 'model' else inside.first('model')
         if model is None or depth >= MOST_NESTED:
             raise _refused(element, f"'{uri}' holds no <model>" if model is None else
@@ -270,13 +270,6 @@ class _Reader:
             return self.asset(self._read_mesh, _text(shape, 'uri'), scale), np.eye(4)
         self._unused.add(f"shape <{shape.tag}> of collision '{collision.get('name')}'")
         return None, np.eye(4)
-
-
-def _parse(text: str, file: str) -> XmlElement:
-    try:
-        return parse_xml(text, file)
-    except ModelError as error:
-        raise ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, str(error)) from None
 
 
 def _inertial(element: XmlElement, pose: Matrix) -> Inertial:

@@ -15,8 +15,8 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
-from armsim_ros.control.events import ControllerEvent
-from armsim_ros.control.gripper.base import GripperBase
+from armsim_ros.control.gripper.gripper_controller import GripperBase
+from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell

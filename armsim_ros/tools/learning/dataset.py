@@ -21,8 +21,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     options = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     try:
-        from armsim_ros.data.recordings.convert import convert
-        from armsim_ros.data.recordings.topic_map import topic_map
+        from armsim_ros.data.recordings import convert
+        from armsim_ros.data.topic_map import topic_map
     except ModuleNotFoundError as error:
         raise ResourceError(f"the Python package '{error.name}' is not installed: "
                             + extras_hint('gym', 'data')) from None

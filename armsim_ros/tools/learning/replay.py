@@ -21,7 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     options = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     try:
-        from armsim_ros.data.replay import other_versions, replay
+        from armsim_ros.data.collect import other_versions, replay
     except ModuleNotFoundError as error:
         raise ResourceError(f"the Python package '{error.name}' is not installed: "
                             + extras_hint('gym', 'data')) from None

@@ -75,6 +75,6 @@ class ArmsimCamera(TopicDevice, Camera):
         self.height, self.width = given
 
     def _picture(self, message: Any) -> NDArray[np.uint8]:
-        from armsim_ros.data.recordings.messages import picture_of
+        from armsim_ros.data.topic_map import picture_of
 
         return picture_of(message, 'sensor_msgs/msg/Image', self.config.topic)

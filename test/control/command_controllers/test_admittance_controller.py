@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.control.command_controllers.admittance_rule import LinkMotion
+from armsim_ros.control.command_controllers.admittance_controller import LinkMotion
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell_loading import load_cell

@@ -4,7 +4,7 @@
 
 
 from armsim_ros.config.hardware import HardwareSettings
-from armsim_ros.control.events import EventQueue
+from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.safety.arm_state import ArmState, Cause, Mode, Safety
 from armsim_ros.vendors import Vendor
 

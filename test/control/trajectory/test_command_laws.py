@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.controllers.pid_controller import PidGains
-from armsim_ros.control.pid import Pid
+from armsim_ros.control.command_writer import Pid
 from armsim_ros.control.trajectory.sampling import deceleration, stop_ramp
 
 MOVE = (1.0, [0.4, 0.0], [0, 0], [0, 0])

@@ -15,8 +15,7 @@ from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.nodes.camera.link import FAMILY, PLANT, read_greeting, SNAPSHOT
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.sim.assembly import build_control, build_simulation
-from armsim_ros.sim.camera.camera import cameras_of
-from armsim_ros.sim.camera.snapshot import Snapshot
+from armsim_ros.sim.camera import cameras_of, Snapshot
 from armsim_ros.sim.control_loop import ControlLoop
 
 #: An answer takes no longer on a busy machine [s].

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 import pytest
 
-from armsim_ros.nodes.camera.compression import depth_as_png, jpeg
+from armsim_ros.nodes.camera.topics import depth_as_png, jpeg
 
 
 def test_colours_survive():

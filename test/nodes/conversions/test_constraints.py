@@ -8,7 +8,7 @@ import pytest
 from shape_msgs.msg import Mesh, SolidPrimitive
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.nodes.conversions.constraints import constraints_from_message
+from armsim_ros.nodes.conversions.motion_plan_request import constraints_from_message
 
 BALL = SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[0.1])
 

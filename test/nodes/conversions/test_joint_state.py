@@ -6,7 +6,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from armsim_ros.nodes.conversions.joint_state import (
+from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
     serialized_joint_state,
 )

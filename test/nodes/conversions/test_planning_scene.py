@@ -33,7 +33,7 @@ from armsim_ros.nodes.conversions.planning_scene import (
     scene_to_message,
     update_from_message,
 )
-from armsim_ros.nodes.move_group.scene.monitored_planning_scene import fill_geometry
+from armsim_ros.nodes.move_group.scene.scene_topics import fill_geometry
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     CollisionObject,

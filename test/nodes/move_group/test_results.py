@@ -9,7 +9,7 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from moveit_msgs.action import MoveGroup
 
-from armsim_ros.nodes.move_group.answers import MOST_RESULTS
+from armsim_ros.nodes.move_group.context import MOST_RESULTS
 
 
 def test_of_many_ended_goals_the_last_are_known(stack: Any) -> None:

@@ -9,8 +9,7 @@ pytest.importorskip('websockets')
 from websockets.datastructures import Headers
 from websockets.http11 import Request
 
-from armsim_ros.nodes.serving.access import AccessRules
-from armsim_ros.nodes.serving.rate_limit import RateLimit
+from armsim_ros.nodes.serving.access import AccessRules, RateLimit
 
 
 def status(path='/', *, host='127.0.0.1', token='', cookie='', origins=(), local_pages=True,

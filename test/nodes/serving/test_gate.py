@@ -9,8 +9,7 @@ import pytest
 
 pytest.importorskip('websockets')
 
-from armsim_ros.nodes.serving.access import AccessRules
-from armsim_ros.nodes.serving.gate import Gate
+from armsim_ros.nodes.serving.access import AccessRules, Gate
 
 UPGRADE = 'Upgrade: websocket\r\nConnection: Upgrade\r\n'
 

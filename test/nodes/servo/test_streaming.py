@@ -13,8 +13,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.servo.streaming import Streaming
-from armsim_ros.servo.commands import CommandType, PoseTarget
-from armsim_ros.servo.inbox import CommandInbox
+from armsim_ros.servo.commands import CommandInbox, CommandType, PoseTarget
 from armsim_ros.servo.trajectory_window import TrajectoryWindow
 
 PERIOD_NS = 10_000_000

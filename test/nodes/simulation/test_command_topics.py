@@ -13,7 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import Float64MultiArray
 
-from armsim_ros.nodes.simulation.controllers.command_topics import Commands
+from armsim_ros.nodes.simulation.controllers.state_topics import Commands
 
 
 @pytest.fixture

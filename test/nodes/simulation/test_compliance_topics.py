@@ -15,8 +15,8 @@ from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
     CrispTwistBroadcasterParameters,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
-from armsim_ros.nodes.simulation.controllers.compliance_topics import (
+from armsim_ros.control.broadcasters.broadcaster import SensorSample
+from armsim_ros.nodes.simulation.controllers.sensor_topics import (
     ComplianceTopics,
     NetForceTopics,
     TipTopic,
@@ -114,7 +114,7 @@ def test_net_force_controllers_have_topics_of_their_own(node):
     node.callbacks['~/target_frame'](PoseStamped())
     node.callbacks['~/ft_sensor_wrench'](WrenchStamped())
     assert [entry[0] for entry in controller.received] == ['receive_pose', 'receive_measured']
-    topics.publish()
+    topics.publish(0)
     (pose,), (twist,) = node.published['~/current_pose'], node.published['~/current_twist']
     assert pose.header.frame_id == twist.header.frame_id == 'base'
     assert (pose.pose.orientation.w, twist.twist.linear.y) == (1.0, 1.0)

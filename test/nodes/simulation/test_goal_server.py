@@ -14,7 +14,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer
+from armsim_ros.nodes.simulation.controllers.actions import GoalServer
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 
 

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.simulation.controllers.goal_server import RejectedGoals
+from armsim_ros.nodes.simulation.controllers.actions import RejectedGoals
 
 
 @pytest.fixture

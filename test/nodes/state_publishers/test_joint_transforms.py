@@ -24,7 +24,7 @@ from armsim_ros.model.transforms import (
     matrix_from_rpy,
     pose_from_parts,
 )
-from armsim_ros.nodes.state_publishers.joint_transforms import JointTransforms
+from armsim_ros.nodes.state_publishers.robot_state_publisher import JointTransforms
 
 AXIS = np.array([0.6, 0.0, 0.8])
 ORIGIN = pose_from_parts([0.1, 0.2, 0.3], matrix_from_rpy([0.4, -0.5, 0.6]))

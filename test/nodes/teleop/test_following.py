@@ -5,7 +5,7 @@
 import pytest
 
 from armsim_ros.model.robot_model import JointLimits
-from armsim_ros.nodes.teleop.following import Following, NEAR, SLOW
+from armsim_ros.nodes.teleop.leader import Following, NEAR, SLOW
 
 LIMITS = {'turn': JointLimits(-1.0, 1.0, 4.0), 'bend': JointLimits(-2.0, 2.0, 2.0)}
 HOME = {'turn': 0.0, 'bend': 0.0}

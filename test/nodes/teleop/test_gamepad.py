@@ -13,8 +13,8 @@ from sensor_msgs.msg import Joy
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError, ResourceError
-from armsim_ros.nodes.teleop import gamepad as gamepads
-from armsim_ros.nodes.teleop.gamepad import find_gamepad, Joystick
+from armsim_ros.nodes.teleop import devices
+from armsim_ros.nodes.teleop.devices import find_gamepad, Joystick
 
 
 @pytest.fixture
@@ -93,6 +93,6 @@ def test_a_silent_topic_is_named(clients):
 
 def test_without_topic_and_device_there_is_no_gamepad(clients, monkeypatch, tmp_path):
     """Both are named."""
-    monkeypatch.setattr(gamepads, 'DEVICE', str(tmp_path / 'js0'))
+    monkeypatch.setattr(devices, 'DEVICE', str(tmp_path / 'js0'))
     with pytest.raises(ResourceError, match=r"neither is '/joy' published nor is there .*js0'"):
         find_gamepad(clients[0], '', 1.0)

@@ -8,9 +8,9 @@ import pytest
 from armsim_ros.data.episodes import EpisodeRunner, Source
 from armsim_ros.data.features import ACTION, DONE, STATE
 from armsim_ros.nodes.teleop.commands import Command, DROP, HAND, Keys, MARK
+from armsim_ros.nodes.teleop.devices import Ending
 from armsim_ros.nodes.teleop.record import DroppedError, Operator
 from armsim_ros.nodes.teleop.servo_link import JOINT, LINEAR
-from armsim_ros.nodes.teleop.terminal import Ending
 
 
 class Screen:

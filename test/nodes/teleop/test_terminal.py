@@ -11,7 +11,7 @@ import termios
 import pytest
 
 from armsim_ros.cli.main import main
-from armsim_ros.nodes.teleop.terminal import Ending, ending_by_signals, paced, terminal
+from armsim_ros.nodes.teleop.devices import Ending, ending_by_signals, paced, terminal
 
 
 def test_keys_are_read_without_enter_and_the_terminal_is_restored(keyboard):

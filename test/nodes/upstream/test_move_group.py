@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a launch file's parameters of move_group become."""
 
-from armsim_ros.nodes.upstream.planning_programs import sensor_parameters
+from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
 
 VALUES = {
     'sensors': ['kinect'], 'octomap_resolution': 0.02, 'kinect.max_range': 5.0,

@@ -15,7 +15,7 @@ from armsim_ros.config.yaml.source import read_yaml_file
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
-from armsim_ros.nodes.upstream.ros2_control_node import simulation_words
+from armsim_ros.nodes.upstream.robot_programs import simulation_words
 
 CONTROLLERS = """
 controller_manager:

@@ -6,7 +6,7 @@ import yaml
 
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments
-from armsim_ros.nodes.upstream.planning_programs import servo_words
+from armsim_ros.nodes.upstream.robot_programs import servo_words
 
 URDF = """<robot name="two"><link name="base"/><link name="arm"/>
 <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>

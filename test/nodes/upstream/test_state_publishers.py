@@ -18,7 +18,7 @@ import yaml
 
 from armsim_ros.clients.client_node import ClientNode, LATCHED
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.nodes.upstream import joint_state_publisher, robot_state_publisher
+from armsim_ros.nodes.upstream.main import main
 from armsim_ros.testing.program import private_domain, start_program
 
 JOINT = ('<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/>{4}'
@@ -163,7 +163,7 @@ def test_sigint_interrupts_no_callback() -> None:
     """What is being done is completed, and the status is 0; no KeyboardInterrupt is raised."""
     made = subprocess.run([sys.executable, '-c', dedent("""
         import os, signal
-        from armsim_ros.nodes.upstream.spinning import spin
+        from armsim_ros.nodes.executor_program import spin
 
         def make(node):
             os.kill(os.getpid(), signal.SIGINT)
@@ -185,9 +185,7 @@ def test_sigint_interrupts_no_callback() -> None:
     ['joint_state_publisher', '/nowhere.urdf']])
 def test_an_error_of_the_user_is_one_line(capfd: Any, words: list[str]) -> None:
     """A wrong parameter or file ends the program with the status 2."""
-    program = {'robot_state_publisher': robot_state_publisher,
-               'joint_state_publisher': joint_state_publisher}[words[0]]
-    assert program.main(words[1:]) == 2
+    assert main(words) == 2
     printed = capfd.readouterr().err
     assert 'Traceback' not in printed
     assert len([line for line in printed.splitlines() if not line.startswith('[')]) == 1

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.verbs.plot import main
-from armsim_ros.nodes.verbs.plot_picture import (
+from armsim_ros.nodes.verbs.plot import (
     JointRecord,
+    main,
     read_csv,
     read_recording,
     write_picture,

@@ -12,7 +12,7 @@ PATIENCE = 120_000
 def served_page(fake_stack):
     """Serve a page in this process."""
     from armsim_ros.clients.ros_client import RosClient
-    from armsim_ros.nodes.web.arguments import WebArguments
+    from armsim_ros.nodes.web.main import WebArguments
     from armsim_ros.nodes.web.page import Page
     from armsim_ros.nodes.web.program import page_parts
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.nodes.web.arguments import parse_web_arguments
+from armsim_ros.nodes.web.main import parse_web_arguments
 
 
 def test_alone_it_listens_to_this_machine():

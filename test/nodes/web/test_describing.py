@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip('viser')
 
 from armsim_ros.clients.ros_client import RosClient
-from armsim_ros.nodes.web.arguments import WebArguments
+from armsim_ros.nodes.web.main import WebArguments
 from armsim_ros.nodes.web.page import Page
 from armsim_ros.nodes.web.parts import robot
 from armsim_ros.nodes.web.program import page_parts

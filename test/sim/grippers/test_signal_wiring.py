@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from armsim_ros.control.safety.signals import Signals
-from armsim_ros.sim.grippers.signal_wiring import finger_switches, wire_signals
+from armsim_ros.control.safety.arm_state import Signals
+from armsim_ros.sim.grippers.vacuum_control import finger_switches, wire_signals
 from armsim_ros.stack import ArmSim
 
 HAND = Path(__file__).parents[2] / 'support' / 'robots' / 'hand'

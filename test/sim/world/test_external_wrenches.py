@@ -12,8 +12,8 @@ import pytest
 
 from armsim_ros import ArmSim
 from armsim_ros.errors import SimulationError
+from armsim_ros.sim.external_loads import ExternalWrenches, Wrench
 from armsim_ros.sim.world.entities import Entities, RobotEntity, UnknownEntityError
-from armsim_ros.sim.world.external_wrenches import ExternalWrenches, Wrench
 
 MS = 1_000_000
 

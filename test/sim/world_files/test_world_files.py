@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.geometry import Box, Cylinder, Mesh, Plane, Sphere
-from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError
+from armsim_ros.sim.world_files.loaded import Fault, ResourceFaultError, shape_object
 from armsim_ros.sim.world_files.resources import WorldResources
-from armsim_ros.sim.world_files.shapes import shape_object
 
 TETRAHEDRON = """solid t
 facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet

@@ -32,7 +32,7 @@ from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
 from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
-from armsim_ros.nodes.serving.gate import Gate
+from armsim_ros.nodes.serving.access import Gate
 from armsim_ros.nodes.serving.ports import ServingError
 
 #: How often changes of the graph are noticed [s].

@@ -120,7 +120,6 @@ class ControllerHandle(ABC):
     """
     A controller that trajectories can be sent to.
 
-    :param node: the node of the action client.
     :param settings: name, action and joints.
     :param changed: called when a goal's result is there.
     """
@@ -136,11 +135,7 @@ class ControllerHandle(ABC):
         self._reasons: Subscription | None = None
         self._reason = ''
         self._client = ActionClient(
-            node,
-            self.action_type,
-            settings.action_name,
-            callback_group=ReentrantCallbackGroup(),
-        )
+            node, self.action_type, settings.action_name, callback_group=ReentrantCallbackGroup())
 
     @property
     def connected(self) -> bool:
@@ -262,8 +257,7 @@ class GripperCommandHandle(GripperHandle):
                 f"'{target.joint}' is sent")
         goal = GripperCommand.Goal()
         goal.command.position = target.position
-        goal.command.max_effort = (
-            settings.max_effort if target.effort is None else target.effort)
+        goal.command.max_effort = (settings.max_effort if target.effort is None else target.effort)
         return goal
 
 

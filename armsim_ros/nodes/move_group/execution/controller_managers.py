@@ -38,11 +38,7 @@ _VALIDITY = 1.0
 
 
 class SimpleControllerManager:
-    """
-    The controllers of ``moveit_simple_controller_manager``; all of them count as active.
-
-    :param context: the parts of move_group.
-    """
+    """The controllers of ``moveit_simple_controller_manager``; all of them count as active."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -94,7 +90,6 @@ class Ros2ControlManager(SimpleControllerManager):
     """
     The controllers of running controller_managers, which are asked before each execution.
 
-    :param context: the parts of move_group.
     :param every: whether all managers that are found are used, not only that of
         ``ros_control_namespace``.
     """

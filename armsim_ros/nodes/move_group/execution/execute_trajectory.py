@@ -21,8 +21,12 @@ from armsim_ros.nodes.conversions.trajectory import (
     multi_dof_from_message,
     trajectory_from_message,
 )
-from armsim_ros.nodes.move_group.answers import fill_error, MoveGroupActionServer, reported
-from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.context import (
+    Context,
+    fill_error,
+    MoveGroupActionServer,
+    reported,
+)
 from armsim_ros.nodes.move_group.execution.controller_managers import selected_controllers
 from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
@@ -31,12 +35,7 @@ from armsim_ros.trajectory import JointTrajectory
 
 
 class ExecuteTrajectory:
-    """
-    Runs a client's trajectories; goals wait for each other.
-
-    :param context: the parts of move_group.
-    :param execution: sends them to the controllers.
-    """
+    """Runs a client's trajectories; goals wait for each other."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         self._context = context
@@ -94,9 +93,6 @@ class ExecuteTaskSolution:
 
     All parts are checked before any motion starts. What a part changes in the scene
     is changed when its motion has ended well; a part that fails ends the whole.
-
-    :param context: the parts of move_group.
-    :param execution: sends trajectories to the controllers.
     """
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
@@ -188,9 +184,7 @@ class ExecuteTaskSolution:
             await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
 
 
-def _in_part(
-    number: int, parts: Sequence[SubTrajectory], code: int, text: str
-) -> PlanningError:
+def _in_part(number: int, parts: Sequence[SubTrajectory], code: int, text: str) -> PlanningError:
     """Return an error that names the part by its number and its stage's comment."""
     comment = parts[number].info.comment
     name = f" ('{comment}')" if comment else ''

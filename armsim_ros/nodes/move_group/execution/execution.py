@@ -97,13 +97,7 @@ class _EndedError(Exception):
 
 
 class Execution:
-    """
-    Runs a trajectory; all waits are bounded, and every way out cancels what was started.
-
-    :param context: the parts of move_group.
-    :param controllers: knows the controllers.
-    :param watch: what may end it.
-    """
+    """Runs a trajectory; all waits are bounded, and every way out cancels what was started."""
 
     def __init__(
         self, context: Context, controllers: SimpleControllerManager, watch: ExecutionWatch
@@ -195,8 +189,7 @@ class Execution:
                 MoveItErrorCode.CONTROL_FAILED,
                 f'not active: {", ".join(name for name in needed if name not in active)}; '
                 'activate them, or set moveit_manage_controllers to true', SOURCE)
-        await controllers.switch(
-            *controllers_to_switch(needed, controllers.controllers, active))
+        await controllers.switch(*controllers_to_switch(needed, controllers.controllers, active))
 
     async def _start(self, parts: Sequence[Part]) -> None:
         for info, _, _ in parts:
@@ -274,8 +267,7 @@ class Execution:
             invalid = self._watch.invalid(elapsed)
             if invalid:
                 return ExecutionOutcome(
-                    MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, invalid
-                )
+                    MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, invalid)
         failed = next((run for run in self._runs if run.failed), None)
         if failed is None:
             return ExecutionOutcome(MoveItErrorCode.SUCCESS)
@@ -283,11 +275,9 @@ class Execution:
             return ExecutionOutcome(MoveItErrorCode.PREEMPTED, REPLACED)
         if failed.canceled:
             return ExecutionOutcome(
-                MoveItErrorCode.PREEMPTED, f"controller '{failed.name}': the goal was cancelled"
-            )
+                MoveItErrorCode.PREEMPTED, f"controller '{failed.name}': the goal was cancelled")
         return ExecutionOutcome(
-            MoveItErrorCode.CONTROL_FAILED, f"controller '{failed.name}': {failed.failure}"
-        )
+            MoveItErrorCode.CONTROL_FAILED, f"controller '{failed.name}': {failed.failure}")
 
     def _has_ended(self) -> bool:
         return all(run.done for run in self._runs) or any(run.failed for run in self._runs)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from rclpy.task import Future
 from std_msgs.msg import String
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
@@ -26,10 +27,112 @@ from armsim_ros.nodes.move_group.execution.execution import (
     ExecutionOutcome,
     ExecutionWatch,
 )
-from armsim_ros.nodes.move_group.execution.path_watch import PathWatch
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
+
+#: A joint of another robot that has moved this far triggers a new check [rad or m].
+MOVED = 0.03
+
+
+class PathWatch:
+    """
+    Checks the rest of a trajectory for collisions in the monitored scene.
+
+    As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
+    changes of the scene count.
+
+    :param trajectory: that is being executed.
+    :param group: planning group that it moves.
+    :param overlaid: returns a scene with the goal's scene difference.
+    """
+
+    def __init__(
+        self, context: Context, trajectory: JointTrajectory, group: str,
+        overlaid: Callable[[PlanningScene], PlanningScene],
+    ) -> None:
+        self._context = context
+        self._trajectory = trajectory
+        self._group = group
+        self._overlaid = overlaid
+        joints = set(trajectory.joint_names)
+        self._others = sorted(
+            name for robot in context.robots if not robot & joints for name in robot)
+        self._seen = self._versions()
+        self._checked = self._positions()
+        self._pending: Future | None = None
+
+    def invalid(self, elapsed: float) -> str:
+        """
+        Return why the rest of the path has become invalid, '' while it is valid.
+
+        It never waits: a check that was started is asked for its result the next time.
+
+        :param elapsed: [s] since the start of the trajectory.
+        """
+        if self._pending is not None:
+            if not self._pending.done():
+                return ''
+            sentence = str(self._pending.result())
+            self._pending = None
+            if sentence:
+                return sentence
+        versions, positions = self._versions(), self._positions()
+        moved = any(abs(now - old) > MOVED
+                    for now, old in zip(positions, self._checked, strict=True))
+        if moved or versions != self._seen:
+            self._seen, self._checked = versions, positions
+            context, scene = self._context, self._context.scene.snapshot()
+            self._pending = context.queries.submit(
+                lambda: context.query_planner.path_fault(
+                    self._trajectory, elapsed, self._overlaid(scene), self._group)
+            )
+        return ''
+
+    def _positions(self) -> list[float]:
+        """Return the joint positions of other robots [rad or m]."""
+        positions = self._context.states.positions
+        return [positions.get(name, 0.0) for name in self._others]
+
+    def _versions(self) -> tuple[int, int]:
+        scene = self._context.scene
+        return scene.geometry_version, scene.transform_version
+
+
+class StateRecorder:
+    """
+    Records measured positions at a limited rate.
+
+    :param joint_names: the joints to note.
+    """
+
+    def __init__(self, context: Context, joint_names: tuple[str, ...]) -> None:
+        self._states = context.states
+        self._frequency = context.record_frequency
+        self._joint_names = joint_names
+        self._times: list[float] = []
+        self._rows: list[list[float]] = []
+
+    def note(self, elapsed: float) -> None:
+        """
+        Record the newest state if a record is due.
+
+        :param elapsed: [s] since the start.
+        """
+        positions = self._states.positions
+        if self._frequency <= 0.0 or any(name not in positions for name in self._joint_names):
+            return
+        if self._times and elapsed - self._times[-1] < 1.0 / self._frequency:
+            return
+        self._times.append(max(elapsed, 0.0))
+        self._rows.append([positions[name] for name in self._joint_names])
+
+    @property
+    def trajectory(self) -> JointTrajectory:
+        """What was noted; without joints where that is nothing."""
+        if not self._times:
+            return JointTrajectory(())
+        return JointTrajectory(self._joint_names, np.array(self._times), np.array(self._rows))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +157,6 @@ class TrajectoryExecutionManager:
     Those that need other controllers run at once, where what they sweep does not meet. Of those
     that share a controller a trajectory that begins where the robot is replaces the one that
     runs; any other waits until it has ended.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -93,12 +194,10 @@ class TrajectoryExecutionManager:
             while True:
                 if watch.cancelled():
                     return ExecutionOutcome(
-                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn'
-                    )
+                        MoveItErrorCode.PREEMPTED, 'cancelled while it waited its turn')
                 if self._stops != stops:
                     return ExecutionOutcome(
-                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue"
-                    )
+                        MoveItErrorCode.PREEMPTED, "stopped by a 'stop' event in the queue")
                 if not (self._rivals(turn) or self._waits_behind(turn)):
                     break
                 await self._context.ticker.next()
@@ -131,8 +230,7 @@ class TrajectoryExecutionManager:
         rivals = self._rivals(turn)
         if rivals and not takes_over:
             return ExecutionOutcome(
-                MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed'
-            )
+                MoveItErrorCode.CONTROL_FAILED, 'another trajectory is being executed')
         others = tuple(other for other in self._running if other not in rivals)
         self._running.append(turn)
         try:
@@ -142,8 +240,7 @@ class TrajectoryExecutionManager:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
             for rival in rivals:
                 rival.execution.replace()
-            return await turn.execution.run(
-                trajectory, names, multi_dof, start_checked=takes_over)
+            return await turn.execution.run(trajectory, names, multi_dof, start_checked=takes_over)
         finally:
             self._running.remove(turn)
             self._context.ticker.wake()
@@ -230,12 +327,7 @@ def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
 
 
 class TrajectoryExecutionEvent:
-    """
-    Stops the robot when the message is "stop".
-
-    :param context: the parts of move_group.
-    :param execution: what is stopped.
-    """
+    """Stops the robot when the message is "stop"."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
         self._context = context
@@ -245,8 +337,7 @@ class TrajectoryExecutionEvent:
     def _receive(self, message: String) -> None:
         if message.data != 'stop':
             self._context.logger.warning(
-                f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop"
-            )
+                f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop")
         elif self._execution.stop():
             self._context.logger.info("trajectory_execution_event: 'stop', the robot is stopped")
 

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,12 +26,64 @@ from armsim_ros.config.yaml.node import node_of
 from armsim_ros.errors import Location, PlanningError, Problem, Severity
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.perception.state_history import StateHistory
 from armsim_ros.nodes.move_group.perception.updaters import updater_of
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.planning.occupancy.scene_map import SceneMap, Sight
 from armsim_ros.planning.scene.content import SceneContent
+
+#: States that are kept: several seconds of usual joint states.
+_KEPT = 2000
+
+
+class StateHistory:
+    """The joint positions of the last seconds, interpolated."""
+
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque(maxlen=_KEPT)
+        self._states: deque[dict[str, float]] = deque(maxlen=_KEPT)
+
+    @property
+    def newest_ns(self) -> int:
+        """Time of the last state [ns]; 0 where there is none."""
+        return self._stamps[-1] if self._stamps else 0
+
+    def record(self, stamp_ns: int, positions: Mapping[str, float]) -> None:
+        """Keep a state; where time has jumped back, what is later is forgotten."""
+        while self._stamps and self._stamps[-1] > stamp_ns:
+            self._stamps.pop()
+            self._states.pop()
+        if self._stamps and self._stamps[-1] == stamp_ns:
+            self._states[-1] = dict(positions)
+        else:
+            self._stamps.append(stamp_ns)
+            self._states.append(dict(positions))
+
+    def at(self, stamp_ns: int) -> dict[str, float] | None:
+        """
+        Return the positions [rad or m] at a time, None where it is later than the last state.
+
+        :param stamp_ns: [ns]; 0 is the time of the last state.
+        :raises ValueError: it is before the first state that is kept.
+        """
+        if not self._stamps or stamp_ns > self._stamps[-1]:
+            return None
+        if stamp_ns == 0:
+            return self._states[-1]
+        if stamp_ns < self._stamps[0]:
+            raise ValueError(
+                f'it is {(self._stamps[0] - stamp_ns) / 1e9:.2f} s older than the oldest robot '
+                'state that is kept')
+        after = bisect_left(self._stamps, stamp_ns)
+        late = self._states[after]
+        if self._stamps[after] == stamp_ns:
+            return late
+        begin, end = self._stamps[after - 1], self._stamps[after]
+        share = (stamp_ns - begin) / (end - begin)
+        early = self._states[after - 1]
+        return {name: value + share * (late[name] - value)
+                for name, value in early.items() if name in late}
+
 
 #: Messages of a sensor that wait for their transforms, and how long they do [s].
 _WAITING, _PATIENCE = 5, 5.0
@@ -83,7 +136,6 @@ class OctomapMonitor:
     map; of a sensor only the newest waits for it. In lockstep none is left out, so that equal
     runs give equal maps.
 
-    :param context: the parts of move_group.
     :param settings: the sensors; without any this costs nothing.
     """
 
@@ -113,8 +165,7 @@ class OctomapMonitor:
         if self._lockstep:
             context.serve(Trigger, '/move_group/sync_octomap', self._sync)
         listened = ', '.join(f"'{each.topic}'" for each in self._updaters.values())
-        context.logger.info(
-            f'octomap: cells of {settings.octomap_resolution:g} m from {listened}')
+        context.logger.info(f'octomap: cells of {settings.octomap_resolution:g} m from {listened}')
 
     def close(self) -> None:
         """End the thread of the map."""
@@ -126,12 +177,11 @@ class OctomapMonitor:
         if self._updaters:
             self._scene_map.forget()
 
-    async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> None:
         """Answer when all that has come is in the scene."""
         while self._busy or any(self._waiting.values()):
             await self._context.ticker.next()
         response.success = True
-        return response
 
     # ---------------------------------------------------------------- messages
 

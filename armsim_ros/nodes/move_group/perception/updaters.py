@@ -50,7 +50,6 @@ class Updater:
     """
     The topics of a sensor.
 
-    :param context: the parts of move_group.
     :param name: of the sensor.
     :param kind: of its messages.
     :param topic: of its messages.

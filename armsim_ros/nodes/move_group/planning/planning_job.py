@@ -10,12 +10,7 @@ from typing import Any
 
 from moveit_msgs.msg import MotionPlanRequest as RequestMessage
 from moveit_msgs.msg import MotionPlanResponse as ResponseMessage
-from moveit_msgs.msg import (
-    MoveItErrorCodes,
-    PipelineState,
-    RobotState,
-    RobotTrajectory,
-)
+from moveit_msgs.msg import MoveItErrorCodes, PipelineState, RobotState, RobotTrajectory
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.node import Node
 
@@ -29,8 +24,9 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 )
 from armsim_ros.nodes.conversions.planning_scene import update_from_message
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planner_services import (
+    DisplayContacts,
+    DisplayPlannedPath,
     request_adapters,
     response_adapters,
 )
@@ -64,9 +60,7 @@ class PipelineStates:
         """Publish that work on a request has begun."""
         self._publish(request, ResponseMessage(), '')
 
-    def end(
-        self, request: RequestMessage, response: ResponseMessage, pipeline: str
-    ) -> None:
+    def end(self, request: RequestMessage, response: ResponseMessage, pipeline: str) -> None:
         """
         Publish each stage that a request has passed, and the stage that refused it.
 
@@ -92,13 +86,10 @@ class PipelineStates:
     def _heard(self) -> bool:
         return self._publisher is not None and self._publisher.get_subscription_count() > 0
 
-    def _publish(
-        self, request: RequestMessage, response: ResponseMessage, stage: str
-    ) -> None:
+    def _publish(self, request: RequestMessage, response: ResponseMessage, stage: str) -> None:
         if self._publisher is not None and self._heard:
             self._publisher.publish(
-                PipelineState(request=request, response=response, pipeline_stage=stage)
-            )
+                PipelineState(request=request, response=response, pipeline_stage=stage))
 
     def _stages(self, pipeline: str) -> Iterator[str]:
         yield from request_adapters(self._settings, pipeline)
@@ -128,20 +119,14 @@ class PlanningAnswer:
 
 
 class PlanningJob:
-    """
-    Runs the planner in its worker.
-
-    :param context: the parts of move_group.
-    :param display: gets every successful plan.
-    """
+    """Runs the planner in its worker."""
 
     def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
         self._context = context
         self._display = display
         ompl = context.settings.ompl
         self._states = PipelineStates(context.node, ompl)
-        self._contacts = DisplayContacts(
-            context.node, ompl.display_contacts_topic, context.frame)
+        self._contacts = DisplayContacts(context.node, ompl.display_contacts_topic, context.frame)
 
     async def run(
         self,
@@ -170,8 +155,7 @@ class PlanningJob:
         planner, clock = context.planner, context.planning_clock()
         cancelled = context.or_ending(cancelled)
         response = await self.in_planner(
-            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled
-        )
+            lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled)
         context.check_ending('planning')
         plan = self._in_messages(request, response, scene)
         pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
@@ -179,7 +163,7 @@ class PlanningJob:
             self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
         if response.contacts or response.source == 'ValidateSolution':
             self._contacts.publish(response.contacts)
-        self._states.end(message, _response_message(plan), pipeline)
+        self._states.end(message, response_message(plan), pipeline)
         return plan
 
     async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
@@ -194,8 +178,7 @@ class PlanningJob:
                 job.cancel()
                 self._context.check_ending('planning')
                 raise PlanningError(
-                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning'
-                )
+                    MoveItErrorCode.PREEMPTED, 'cancelled before its planning began', 'planning')
             await AnyOf(job, self._context.ticker.next())
         return job.result()
 
@@ -227,8 +210,7 @@ class PlanningJob:
                 'joint_states',
             )
         context.logger.warning(
-            f'no joint state newer than the request within 1 s on {topics}; using the last'
-        )
+            f'no joint state newer than the request within 1 s on {topics}; using the last')
 
     def _in_messages(
         self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene
@@ -242,7 +224,8 @@ class PlanningJob:
         return PlanningAnswer(request, response, scene, start, trajectory)
 
 
-def _response_message(plan: PlanningAnswer) -> ResponseMessage:
+def response_message(plan: PlanningAnswer) -> ResponseMessage:
+    """Return the message of an answer."""
     return ResponseMessage(
         trajectory_start=plan.start_message,
         trajectory=plan.trajectory_message,
@@ -268,9 +251,7 @@ def overlay(scene: PlanningScene, message: SceneMessage) -> PlanningScene:
     return scene.with_update(replace(update, is_diff=True))
 
 
-def drop_robot_state(
-    message: SceneMessage, warn: Callable[[str], object], source: str
-) -> None:
+def drop_robot_state(message: SceneMessage, warn: Callable[[str], object], source: str) -> None:
     """Take the robot state out of a scene difference: a motion is executed from the present."""
     state = message.robot_state
     if state.joint_state.name or state.attached_collision_objects:

@@ -8,68 +8,50 @@ from moveit_msgs.msg import MotionSequenceRequest
 from moveit_msgs.srv import GetCartesianPath, GetMotionPlan, GetMotionSequence
 
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.nodes.conversions.constraints import constraints_from_message
 from armsim_ros.nodes.conversions.geometry import pose_from_message
 from armsim_ros.nodes.conversions.motion_plan_request import (
+    constraints_from_message,
     robot_state_to_message,
     robot_trajectory_message,
     start_state_from_message,
 )
-from armsim_ros.nodes.move_group.answers import fill_error, reported
-from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.planning.display import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
-from armsim_ros.nodes.move_group.planning.sequence_move_group import SequenceJob
+from armsim_ros.nodes.move_group.context import Context, fill_error
+from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob, response_message
 from armsim_ros.planning.request import CartesianRequest
 
 
 class PlanKinematicPath:
-    """
-    Plans and never moves.
-
-    :param context: the parts of move_group.
-    :param job: runs the planner.
-    """
+    """Plans and never moves."""
 
     def __init__(self, context: Context, job: PlanningJob) -> None:
         self._context = context
         self._job = job
-        context.serve(GetMotionPlan, 'plan_kinematic_path', self._answer)
+        context.serve(GetMotionPlan, 'plan_kinematic_path', self._fill,
+                      lambda response: response.motion_plan_response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetMotionPlan.Request, response: GetMotionPlan.Response
-    ) -> GetMotionPlan.Response:
-        answer = response.motion_plan_response
-        with reported(self._context.logger, 'plan_kinematic_path', answer.error_code):
-            plan = await self._job.run(request.motion_plan_request)
-            answer.trajectory_start = plan.start_message
-            answer.trajectory = plan.trajectory_message
-            answer.group_name = request.motion_plan_request.group_name
-            answer.planning_time = plan.response.planning_time
-            answer.error_code = plan.error_code_message
-        return response
+    ) -> None:
+        plan = await self._job.run(request.motion_plan_request)
+        response.motion_plan_response = response_message(plan)
 
 
 class PlanSequencePath:
-    """
-    Plans sequences of motions in the default pipeline and never moves.
-
-    :param context: the parts of move_group.
-    :param job: runs the planner.
-    """
+    """Plans sequences of motions in the default pipeline and never moves."""
 
     def __init__(self, context: Context, job: SequenceJob) -> None:
         self._context = context
         self._job = job
-        context.serve(GetMotionSequence, 'plan_sequence_path', self._answer)
+        context.serve(GetMotionSequence, 'plan_sequence_path', self._fill,
+                      lambda response: response.response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetMotionSequence.Request, response: GetMotionSequence.Response
-    ) -> GetMotionSequence.Response:
-        answer = response.response
-        with reported(self._context.logger, 'plan_sequence_path', answer.error_code):
-            await self._job.run(request.request, answer, pipeline=self._pipeline(request.request))
-        return response
+    ) -> None:
+        await self._job.run(
+            request.request, response.response, pipeline=self._pipeline(request.request))
 
     def _pipeline(self, request: MotionSequenceRequest) -> str:
         """Return the default pipeline; an unknown pipeline of the first motion stays."""
@@ -87,29 +69,18 @@ class PlanSequencePath:
 
 
 class ComputeCartesianPath:
-    """
-    Follows straight lines between poses as far as possible.
-
-    :param context: the parts of move_group.
-    :param job: brings the scene to the present.
-    :param display: gets every path.
-    """
+    """Follows straight lines between poses as far as possible."""
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
         self._context = context
         self._job = job
         self._display = display
-        context.serve(GetCartesianPath, 'compute_cartesian_path', self._answer)
+        context.serve(GetCartesianPath, 'compute_cartesian_path', self._fill,
+                      lambda response: response.error_code)
 
-    async def _answer(
+    async def _fill(
         self, request: GetCartesianPath.Request, response: GetCartesianPath.Response
-    ) -> GetCartesianPath.Response:
-        with reported(self._context.logger, 'compute_cartesian_path', response.error_code):
-            await self._fill(request, response)
-        return response
-
-    async def _fill(self, request: GetCartesianPath.Request,
-                    response: GetCartesianPath.Response) -> None:
+    ) -> None:
         context = self._context
         scene = await self._job.scene(request.start_state)
         requested = CartesianRequest(
@@ -127,8 +98,7 @@ class ComputeCartesianPath:
             frame_id=request.header.frame_id,
         )
         answer = await context.planning.submit(
-            lambda: context.planner.cartesian_path(requested, scene)
-        )
+            lambda: context.planner.cartesian_path(requested, scene))
         fill_error(response.error_code, answer.error_code, answer.message, answer.source)
         if answer.error_code != MoveItErrorCode.SUCCESS:
             return
@@ -137,7 +107,6 @@ class ComputeCartesianPath:
             return
         carried = context.started(scene, requested.start_state).attached.values()
         response.start_state = robot_state_to_message(
-            answer.start, context.frame, attached=carried
-        )
+            answer.start, context.frame, attached=carried)
         response.solution = robot_trajectory_message(answer.trajectory, context.frame)
         self._display.publish(response.start_state, response.solution)

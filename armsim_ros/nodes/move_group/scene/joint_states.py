@@ -44,8 +44,6 @@ class StateMonitor:
     Messages wake no thread: they are read before each callback of the executor, so that what
     looks sees the newest state; a timer sees to it that there is such a callback.
 
-    :param node: subscribes and gives the time.
-    :param scene: gets the positions by ``update_scene``.
     :param topics: joint state topics; several may be given.
     :param steady: measures waiting times; by default wall time.
     """
@@ -178,9 +176,7 @@ class StateMonitor:
     def _receive(self, message: JointState) -> None:
         names, values = message.name, message.position
         if len(names) != len(values):
-            self._complain(
-                f'joint state dropped: {len(names)} names and {len(values)} positions'
-            )
+            self._complain(f'joint state dropped: {len(names)} names and {len(values)} positions')
             return
         moving = len(message.velocity) == len(names)
         stamp = self._stamp(message)
@@ -217,8 +213,7 @@ class StateMonitor:
             return stamp
         if stamp == 0:
             self._warn_once(
-                'stamp', 'joint states have no stamp; the time of their arrival is used'
-            )
+                'stamp', 'joint states have no stamp; the time of their arrival is used')
             stamp = now
         elif now and abs(now - stamp) > CLOCK_MISMATCH_NS:
             # Where a program starves, its messages are old though the clocks agree.

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services of the scene: contents, edits, files, frames of objects."""
+"""The services of the scene: contents, edits, files, frames of objects, the octomap."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from moveit_msgs.srv import ApplyPlanningScene as ApplyPlanningSceneSrv
 from moveit_msgs.srv import GetPlanningScene as GetPlanningSceneSrv
-from moveit_msgs.srv import LoadGeometryFromFile, SaveGeometryToFile
+from moveit_msgs.srv import LoadGeometryFromFile, LoadMap, SaveGeometryToFile, SaveMap
+import numpy as np
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.arrays import Matrix
@@ -23,54 +25,41 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.planning_scene import Component, scene_to_message
-from armsim_ros.nodes.move_group.answers import reported
-from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.nodes.move_group.context import Context, reported
 from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
+from armsim_ros.planning.scene.octomap import octomap_error, read_map_file, write_map_file
 from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
 
 
 class ApplyPlanningScene:
-    """
-    Changes the scene; when the answer comes, every later request sees the change.
-
-    :param context: the parts of move_group.
-    """
+    """Changes the scene; when the answer comes, every later request sees the change."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(ApplyPlanningSceneSrv, 'apply_planning_scene', self._answer)
+        context.serve(ApplyPlanningSceneSrv, 'apply_planning_scene', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: ApplyPlanningSceneSrv.Request, response: ApplyPlanningSceneSrv.Response
-    ) -> ApplyPlanningSceneSrv.Response:
+    ) -> None:
         response.success = await apply_scene_message(
-            self._context, request.scene, 'apply_planning_scene'
-        )
-        return response
+            self._context, request.scene, 'apply_planning_scene')
 
 
 class GetPlanningScene:
-    """
-    Answers with the requested parts of the scene, all of them for 0.
-
-    :param context: the parts of move_group.
-    """
+    """Answers with the requested parts of the scene, all of them for 0."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.serve(GetPlanningSceneSrv, 'get_planning_scene', self._answer)
+        context.serve(GetPlanningSceneSrv, 'get_planning_scene', self._fill)
 
-    async def _answer(
+    async def _fill(
         self, request: GetPlanningSceneSrv.Request, response: GetPlanningSceneSrv.Response
-    ) -> GetPlanningSceneSrv.Response:
+    ) -> None:
         requested = Component(request.components.components) or Component.ALL
-        with reported(self._context.logger, 'get_planning_scene', None):
-            scene = await self._context.present_scene()
-            response.scene = await self._context.edits.submit(
-                lambda: scene_to_message(scene, requested)
-            )
-            self._add_velocities(response.scene.robot_state.joint_state)
-        return response
+        scene = await self._context.present_scene()
+        response.scene = await self._context.edits.submit(
+            lambda: scene_to_message(scene, requested))
+        self._add_velocities(response.scene.robot_state.joint_state)
 
     def _add_velocities(self, state: JointState) -> None:
         """Add measured velocities to the positions if ``monitor_dynamics`` is set."""
@@ -86,7 +75,6 @@ class GeometryFiles:
     Files are written only below the folder of the parameter ``geometry_folder``; a path
     that is not absolute begins there.
 
-    :param context: the parts of move_group.
     :param save: which of the two services to offer.
     """
 
@@ -98,7 +86,7 @@ class GeometryFiles:
         else:
             context.serve(LoadGeometryFromFile, 'load_geometry_from_file', self._load)
 
-    async def _save(self, request: Any, response: Any) -> Any:
+    async def _save(self, request: Any, response: Any) -> None:
         scene = await self._context.present_scene()
 
         def save() -> None:
@@ -106,15 +94,13 @@ class GeometryFiles:
             write_scene_file(str(path), scene)
 
         response.success = await done(self._context, 'save_geometry_to_file', save)
-        return response
 
-    async def _load(self, request: Any, response: Any) -> Any:
+    async def _load(self, request: Any, response: Any) -> None:
         def load() -> None:
             path = self._folder / request.file_path_and_name
             self._context.scene.apply(read_scene_file(str(path)))
 
         response.success = await done(self._context, 'load_geometry_from_file', load)
-        return response
 
 
 def geometry_folder(given: str) -> Path:
@@ -167,8 +153,6 @@ class SceneFrames:
     The frame of an object is ``<prefix>/<object>``; that of a subframe,
     ``<prefix>/<object>/<subframe>``, is its child. The prefix is a parameter, by default the
     node's name; '' is none. Each message holds a single transform.
-
-    :param context: the parts of move_group.
     """
 
     def __init__(self, context: Context) -> None:
@@ -179,8 +163,7 @@ class SceneFrames:
         self._prefix = f'{prefix}/' if prefix else ''
         self._publisher = node.create_publisher(TFMessage, '/tf', qos.TF)
         self._timer = node.create_timer(
-            1.0 / max(rate, 0.1), self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+            1.0 / max(rate, 0.1), self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _publish(self) -> None:
         scene = self._context.scene.snapshot()
@@ -208,3 +191,55 @@ def _parameter(context: Context, name: str, default: Any) -> Any:
     if not node.has_parameter(name):
         node.declare_parameter(name, default)
     return node.get_parameter(name).value
+
+
+class ClearOctomap:
+    """
+    Empties the map of the scene before it answers.
+
+    :param forget: empties what the sensors have seen up to now.
+    """
+
+    def __init__(self, context: Context, forget: Callable[[], None]) -> None:
+        self._context = context
+        self._forget = forget
+        context.serve(Empty, 'clear_octomap', self._clear)
+
+    async def _clear(self, *_: object) -> None:
+        def clear() -> None:
+            self._forget()
+            self._context.scene.set_octomap(None)
+
+        await self._context.edits.submit(clear)
+
+
+class MapFiles:
+    """
+    Writes the octomap to a ``.bt`` file, and reads it from a file, in the model frame.
+
+    Files are below the folder of the parameter ``geometry_folder``; a path that is not absolute
+    begins there.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._folder = geometry_folder(context.planning_parameters.geometry_folder)
+        context.serve(SaveMap, 'save_map', self._save)
+        context.serve(LoadMap, 'load_map', self._load)
+
+    async def _save(self, request: SaveMap.Request, response: SaveMap.Response) -> None:
+        def save() -> None:
+            octomap = self._context.scene.octomap
+            if octomap is None:
+                raise octomap_error('there is none to save')
+            below_folder(self._folder, request.filename).write_bytes(write_map_file(octomap))
+
+        response.success = await done(self._context, 'save_map', save)
+
+    async def _load(self, request: LoadMap.Request, response: LoadMap.Response) -> None:
+        def load() -> None:
+            content = below_folder(self._folder, request.filename).read_bytes()
+            octomap = read_map_file(content, np.eye(4))
+            self._context.scene.set_octomap(None if octomap.empty else octomap)
+
+        response.success = await done(self._context, 'load_map', load)

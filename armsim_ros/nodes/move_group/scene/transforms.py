@@ -54,7 +54,6 @@ class Transforms:
     link moves with it. Frames above the root link are turned about, so that what hangs on them
     is known too.
 
-    :param context: whose scene gets to know the frames.
     :param moving: follow ``/tf`` from the beginning, not only when ``follow_moving`` asks for it.
     """
 
@@ -64,8 +63,7 @@ class Transforms:
         self._roots = {context.robot.root_link, context.robot.model_frame}
         self._received: dict[str, FixedFrame] = {}
         static = QoSProfile(
-            depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability
-        )
+            depth=100, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability)
         context.subscribe(TFMessage, '/tf_static', self._receive, static)
         if moving:
             self.follow_moving()

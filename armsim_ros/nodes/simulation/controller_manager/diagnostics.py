@@ -25,7 +25,6 @@ class Diagnostics:
     """
     Publishes the health of controllers, hardware and loop, with the reference's names.
 
-    :param node: the manager's node.
     :param name: precedes every status.
     :param parameters: the manager's, as they are now.
     :param faults: what makes joints fail on purpose, where that is possible.
@@ -50,9 +49,7 @@ class Diagnostics:
         self._loop = loop
         self._parameters = parameters
         self._dropped_ns = 0
-        self._publisher = node.create_publisher(
-            DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS
-        )
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
 
     def publish(self) -> None:
         """Publish the current state, if it has subscribers, and warn of lost time."""
@@ -158,25 +155,16 @@ class Diagnostics:
 
 
 class Activity:
-    """
-    Publishes the states of controllers and hardware whenever any has changed.
-
-    :param node: the manager's node.
-    """
+    """Publishes the states of controllers and hardware whenever any has changed."""
 
     def __init__(self, node: Node, manager: ControllerManager) -> None:
         self._manager = manager
         self._generation = -1
         self._publisher = node.create_publisher(
-            ControllerManagerActivity, '~/activity', qos.LATCHED
-        )
+            ControllerManagerActivity, '~/activity', qos.LATCHED)
 
     def publish_if_changed(self, time_ns: int) -> None:
-        """
-        Publish the states if any of them has changed since the last call.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish the states if any of them has changed since the last call."""
         generation = self._manager.generation
         if generation == self._generation:
             return

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 import traceback
-from typing import Any, Protocol
+from typing import Any
 
 from controller_manager_msgs.srv import (
     CleanupController,
@@ -37,6 +37,7 @@ from armsim_ros.nodes.conversions.controller_manager import (
     state_message,
 )
 from armsim_ros.nodes.conversions.time import seconds_from_duration
+from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: Whether a type is chainable -> its base class in ros2_control.
@@ -48,7 +49,6 @@ class ControllerManagerQueries:
     """
     ``list_controllers``, ``list_controller_types``, ``list_hardware_*`` and hardware states.
 
-    :param node: the manager's node.
     :param update_rate: [Hz] of the manager.
     """
 
@@ -97,8 +97,7 @@ class ControllerManagerQueries:
     def _set_component_state(self, request: Any, response: Any) -> Any:
         try:
             self._manager.set_hardware_component_state(
-                request.name, state_label(request.target_state)
-            )
+                request.name, state_label(request.target_state))
             response.ok = True
         except ControllerError as error:
             self._node.get_logger().error(str(error))
@@ -112,37 +111,19 @@ class ControllerManagerQueries:
 DEFAULT_SWITCH_TIMEOUT = 1.0
 
 
-class ControllerLoader(Protocol):
-    """Loads and unloads controllers together with their nodes."""
-
-    def load(self, name: str) -> None:
-        """Load a controller that the parameters or the robot's files describe."""
-
-    def configure(self, name: str) -> None:
-        """Configure a controller."""
-
-    def open_due(self) -> None:
-        """Create the endpoints of controllers that have come so far."""
-
-    def unload(self, name: str) -> None:
-        """Unload a controller."""
-
-
 class ControllerManagerServices:
     """
     ``load_controller`` to ``unload_controller``, ``switch_controller``.
 
     A switch is done by the control loop; its service waits as a coroutine, so that other
     services and the actions go on meanwhile.
-
-    :param node: the manager's node.
     """
 
     def __init__(
         self,
         node: Node,
         manager: ControllerManager,
-        loader: ControllerLoader,
+        loader: ControllerRegistry,
         dispatcher: Dispatcher,
     ) -> None:
         self._node = node
@@ -155,8 +136,7 @@ class ControllerManagerServices:
         self._create('unload_controller', UnloadController, self._named(loader.unload))
         waiting = ReentrantCallbackGroup()
         self._create(
-            'reload_controller_libraries', ReloadControllerLibraries, self._reload, waiting
-        )
+            'reload_controller_libraries', ReloadControllerLibraries, self._reload, waiting)
         self._create('switch_controller', SwitchController, self._switch, waiting)
 
     def _create(self, name: str, kind: type[Any], answer: Any, group: Any = None) -> None:

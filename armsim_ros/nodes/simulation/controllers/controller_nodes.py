@@ -6,21 +6,25 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar
 
+from control_msgs.msg import SpeedScalingFactor
+from control_msgs.srv import QueryTrajectoryState
 from rclpy.node import Node
 from std_msgs.msg import Float64
+from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.control.broadcasters.broadcaster import Broadcaster
+from armsim_ros.control.broadcasters.broadcaster import (
+    Broadcaster,
+    ForceTorqueSensorBroadcaster,
+    SensorBroadcaster,
+    TipBroadcaster,
+)
 from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateBroadcaster,
     JointStateSnapshot,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import (
-    ForceTorqueSensorBroadcaster,
-    SensorBroadcaster,
-)
-from armsim_ros.control.broadcasters.tip_broadcaster import TipBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
@@ -36,27 +40,27 @@ from armsim_ros.control.manager.controller_factory import StandInController
 from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.controllers.actions import (
+    answer_query,
     FollowJointTrajectoryServer,
+    GoalServer,
     GripperCommandServer,
     ParallelGripperCommandServer,
-    QueryStateService,
+    RejectedGoals,
 )
-from armsim_ros.nodes.simulation.controllers.command_topics import (
-    Commands,
-    JointTrajectorySubscription,
-    SpeedScalingInput,
-)
-from armsim_ros.nodes.simulation.controllers.compliance_topics import (
+from armsim_ros.nodes.simulation.controllers.sensor_topics import (
     ComplianceTopics,
     NetForceTopics,
+    tare_service,
     TipTopic,
+    TOPICS,
 )
-from armsim_ros.nodes.simulation.controllers.goal_server import GoalServer, RejectedGoals
-from armsim_ros.nodes.simulation.controllers.sensor_topics import tare_service, TOPICS
 from armsim_ros.nodes.simulation.controllers.state_topics import (
     AdmittanceTopics,
+    Commands,
     ControllerStatePublisher,
     DynamicJointStates,
     GpioTopics,
@@ -75,9 +79,6 @@ class ControllerNode:
     The ROS side of a controller: a node of its name in the manager's namespace.
 
     The endpoints exist from the time at which the controller is configured, as upstream's do.
-
-    :param controller: the controller.
-    :param node: a fresh node.
     """
 
     #: States of the controller in which the endpoints are created; they stay from then on.
@@ -110,8 +111,7 @@ class ControllerNode:
     def declare_parameters(self) -> None:
         """Declare the controller's parameters; later changes go to the controller."""
         self._parameters = SettingsParameters(
-            self.node, self.controller.parameters, self._parameters_changed
-        )
+            self.node, self.controller.parameters, self._parameters_changed)
 
     def publish(self, time_ns: int) -> None:
         """
@@ -231,16 +231,25 @@ class TrajectoryControllerNode(ActionControllerNode):
         self._action = FollowJointTrajectoryServer(node, controller, self.dispatcher)
         self._state = ControllerStatePublisher(node, controller)
         self._inputs: list[Any] = [
-            JointTrajectorySubscription(node, controller),
-            QueryStateService(node, controller),
+            node.create_subscription(
+                JointTrajectory, '~/joint_trajectory', self._take_trajectory, qos.COMMAND),
+            node.create_service(
+                QueryTrajectoryState, '~/query_state', partial(answer_query, controller)),
         ]
         if controller.subscribes_speed_scaling:
-            self._inputs.append(SpeedScalingInput(node, controller))
+            self._inputs.append(node.create_subscription(
+                SpeedScalingFactor, '~/speed_scaling_input', self._take_speed, qos.COMMAND))
 
     def publish(self, time_ns: int) -> None:
         """Publish state and feedback."""
         self._state.publish_if_due(time_ns)
         self._action.publish_feedback(time_ns)
+
+    def _take_trajectory(self, message: JointTrajectory) -> None:
+        self.controller.set_trajectory(trajectory_from_message(message))
+
+    def _take_speed(self, message: SpeedScalingFactor) -> None:
+        self.controller.set_speed_scaling(message.factor)
 
 
 class GripperNode(ActionControllerNode):
@@ -258,24 +267,18 @@ class GripperNode(ActionControllerNode):
             self._action = GripperCommandServer(node, controller, self.dispatcher)
 
 
-class ForwardControllerNode(ControllerNode):
-    """A forward controller of any kind: its commands."""
-
-    controller: ForwardController
-
-    def _open(self, node: Node) -> None:
-        self._commands = Commands(node, self.controller)
-
-
 class SensorBroadcasterNode(BroadcasterNode):
-    """A broadcaster of a sensor: its topic."""
+    """A broadcaster of a sensor or of a link: its topic."""
 
-    controller: SensorBroadcaster
+    controller: SensorBroadcaster | TipBroadcaster
 
     def _open(self, node: Node) -> None:
         controller = self.controller
+        self._topics: Any
         if isinstance(controller, GpioCommandController):
-            self._topics: Any = GpioTopics(node, controller)
+            self._topics = GpioTopics(node, controller)
+        elif isinstance(controller, TipBroadcaster):
+            self._topics = TipTopic(node, controller.parameters)
         else:
             self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
         if isinstance(controller, ForceTorqueSensorBroadcaster):
@@ -285,53 +288,22 @@ class SensorBroadcasterNode(BroadcasterNode):
         self._topics.publish(sample)
 
 
-class TipBroadcasterNode(BroadcasterNode):
-    """A broadcaster of a link: its topic."""
-
-    controller: TipBroadcaster
-
-    def _open(self, node: Node) -> None:
-        self._topic = TipTopic(node, self.controller.parameters)
-
-    def _publish_sample(self, sample: Any) -> None:
-        self._topic.publish(sample)
+#: Kind of controller -> what receives its commands and publishes its state.
+_TOPICS: tuple[tuple[type[Controller[Any]], Callable[[Node, Any], Any]], ...] = (
+    (ForwardController, Commands),
+    (ComplianceController, ComplianceTopics),
+    (NetForceController, NetForceTopics),
+    (PidController, PidTopics),
+    (AdmittanceController, AdmittanceTopics),
+)
 
 
-class ComplianceNode(ControllerNode):
-    """A controller of crisp_controllers: its targets."""
-
-    controller: ComplianceController[Any]
+class CommandedNode(ControllerNode):
+    """A controller with topics of commands, and of its state while it is active."""
 
     def _open(self, node: Node) -> None:
-        self._topics = ComplianceTopics(node, self.controller)
-
-
-class NetForceNode(ControllerNode):
-    """A controller of FZI's cartesian_controllers: its targets and its feedback."""
-
-    controller: NetForceController[Any]
-
-    def _open(self, node: Node) -> None:
-        self._topics = NetForceTopics(node, self.controller)
-
-    def publish(self, time_ns: int) -> None:
-        """Publish the feedback."""
-        if self.controller.active:
-            self._topics.publish()
-
-
-class FollowingControllerNode(ControllerNode):
-    """A controller that others may write to: its references and its state."""
-
-    controller: PidController | AdmittanceController
-
-    def _open(self, node: Node) -> None:
-        controller = self.controller
-        self._topics: PidTopics | AdmittanceTopics
-        if isinstance(controller, PidController):
-            self._topics = PidTopics(node, controller)
-        else:
-            self._topics = AdmittanceTopics(node, controller)
+        self._topics = next(topics for kind, topics in _TOPICS
+                            if isinstance(self.controller, kind))(node, self.controller)
 
     def publish(self, time_ns: int) -> None:
         """Publish the state."""
@@ -361,14 +333,9 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (JointTrajectoryController, TrajectoryControllerNode),
     (JointStateBroadcaster, JointStateBroadcasterNode),
     (GripperController, GripperNode),
-    (ForwardController, ForwardControllerNode),
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
-    (TipBroadcaster, TipBroadcasterNode),
-    (ComplianceController, ComplianceNode),
-    (NetForceController, NetForceNode),
-    (PidController, FollowingControllerNode),
-    (AdmittanceController, FollowingControllerNode),
+    (TipBroadcaster, SensorBroadcasterNode),
     (StandInController, StandInNode),
 )
 
@@ -380,4 +347,6 @@ def create_controller_node(
     for kind, side in _KINDS:
         if isinstance(controller, kind):
             return side(controller, node, dispatcher)
+    if isinstance(controller, tuple(kind for kind, _ in _TOPICS)):
+        return CommandedNode(controller, node, dispatcher)
     return ControllerNode(controller, node, dispatcher)

@@ -1,17 +1,18 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Topics of sensors: wrench, imu, pose, speed_scaling."""
+"""Topics of sensors and of compliant controllers (crisp_controllers, cartesian_controllers)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import math
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped, Wrench, WrenchStamped
 from rclpy.node import Node
-from sensor_msgs.msg import Imu
-from std_msgs.msg import Float64
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -22,11 +23,166 @@ from armsim_ros.config.controllers.broadcasters import (
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
+from armsim_ros.config.controllers.compliance import (
+    CrispPoseBroadcasterParameters,
+    TipBroadcasterParameters,
+)
+from armsim_ros.control.broadcasters.broadcaster import SensorSample
+from armsim_ros.control.compliance.cartesian_controller import (
+    CartesianAdmittanceController,
+    ComplianceController,
+)
+from armsim_ros.control.compliance.net_force_controllers import NetForceController
 from armsim_ros.control.rate import Rate
+from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.qos import WantedPublisher
+
+
+class ComplianceTopics:
+    """
+    ``target_pose``, ``target_joint``, ``target_wrench`` and what the parameters name.
+
+    A target topic with several publishers is ignored, so that no two programs pull at the arm.
+    """
+
+    def __init__(self, node: Node, controller: ComplianceController[Any]) -> None:
+        self._node, self._controller = node, controller
+        self._subscriptions: list[Any] = []
+        self._subscribe(PoseStamped, 'target_pose', self._pose)
+        self._subscribe(JointState, 'target_joint', lambda message: controller.receive_joints(
+            message.name, message.position, message.velocity))
+        self._subscribe(WrenchStamped, 'target_wrench', lambda message: controller.receive_wrench(
+            _numbers(message.wrench)))
+        self._subscribe(Float64MultiArray, controller.parameters.variable_stiffness.topic,
+                        self._stiffness)
+        if isinstance(controller, CartesianAdmittanceController):
+            self._subscriptions.append(node.create_subscription(
+                WrenchStamped, controller.parameters.ft_sensor.topic, self._measured, qos.COMMAND))
+            self._subscribe(
+                Float64MultiArray, controller.parameters.variable_admittance_stiffness.topic,
+                self._yielding_stiffness)
+
+    def _subscribe(self, kind: Any, topic: str, receive: Callable[[Any], object]) -> None:
+        def checked(message: Any) -> None:
+            if not self._controller.active:
+                return
+            publishers = self._node.count_publishers(topic)
+            if publishers > 1:
+                self._controller.ignore(topic, publishers)
+            else:
+                receive(message)
+
+        self._subscriptions.append(
+            self._node.create_subscription(kind, topic, checked, qos.COMMAND))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish nothing: the broadcasters show where the arm is."""
+
+    def _pose(self, message: PoseStamped) -> None:
+        self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
+
+    def _stiffness(self, message: Float64MultiArray) -> None:
+        if self._controller.parameters.variable_stiffness.enabled:
+            self._controller.receive_stiffness(message.data)
+
+    def _yielding_stiffness(self, message: Float64MultiArray) -> None:
+        controller = self._controller
+        if (isinstance(controller, CartesianAdmittanceController)
+                and controller.parameters.variable_admittance_stiffness.enabled):
+            controller.receive_yielding_stiffness(message.data)
+
+    def _measured(self, message: WrenchStamped) -> None:
+        controller = self._controller
+        if controller.active and isinstance(controller, CartesianAdmittanceController):
+            controller.receive_measured(_numbers(message.wrench))
+
+
+class NetForceTopics:
+    """Targets and feedback of FZI's cartesian_controllers, below the controller's name."""
+
+    def __init__(self, node: Node, controller: NetForceController[Any]) -> None:
+        self._controller = controller
+        self._subscriptions: list[Any] = []
+        self._frame = controller.parameters.robot_base_link
+        if controller.takes_poses:
+            self._subscriptions.append(node.create_subscription(
+                PoseStamped, '~/target_frame', self._take_pose, qos.COMMAND))
+        if controller.takes_wrenches:
+            for topic, receive in (('~/target_wrench', controller.receive_wrench),
+                                   ('~/ft_sensor_wrench', controller.receive_measured)):
+                self._subscriptions.append(node.create_subscription(
+                    WrenchStamped, topic, partial(_pass_wrench, receive), qos.COMMAND))
+        self._pose = WantedPublisher(node, PoseStamped, '~/current_pose', qos.STATE)
+        self._twist = WantedPublisher(node, TwistStamped, '~/current_twist', qos.STATE)
+
+    def _take_pose(self, message: PoseStamped) -> None:
+        self._controller.receive_pose(message.header.frame_id, *_pose_parts(message))
+
+    def publish(self, _: int) -> None:
+        """Publish where the internal model is, if it is requested."""
+        feedback = self._controller.feedback()
+        if feedback is None or not self._controller.parameters.solver.publish_state_feedback:
+            return
+        time_ns, pose, twist = feedback
+        values = [*pose[:3, 3].tolist(), *quat_xyzw_from_matrix(pose[:3, :3]).tolist()]
+        message: Any = PoseStamped()
+        parts: Any = message.pose.position, message.pose.orientation
+        for publisher, numbers in ((self._pose, values), (self._twist, twist.tolist())):
+            if publisher is self._twist:
+                message = TwistStamped()
+                parts = message.twist.linear, message.twist.angular
+            if not publisher.wanted(time_ns):
+                continue
+            message.header.frame_id = self._frame
+            fill_time(message.header.stamp, time_ns)
+            _fill_parts(parts, numbers)
+            publisher.publish(message, time_ns)
+
+
+class TipTopic:
+    """``current_pose`` or ``current_twist``."""
+
+    def __init__(self, node: Node, parameters: TipBroadcasterParameters) -> None:
+        self._message: Any
+        if isinstance(parameters, CrispPoseBroadcasterParameters):
+            self._message, topic, frame = PoseStamped(), 'current_pose', parameters.base_frame
+            self._parts = self._message.pose.position, self._message.pose.orientation
+        else:
+            self._message, topic = TwistStamped(), 'current_twist'
+            frame = parameters.end_effector_frame
+            self._parts = self._message.twist.linear, self._message.twist.angular
+        self._message.header.frame_id = frame
+        self._publisher = WantedPublisher(node, type(self._message), topic, qos.STATE)
+
+    def publish(self, sample: SensorSample) -> None:
+        """Publish a sample."""
+        if not self._publisher.wanted(sample.time_ns):
+            return
+        fill_time(self._message.header.stamp, sample.time_ns)
+        _fill_parts(self._parts, sample.values.tolist())
+        self._publisher.publish(self._message, sample.time_ns)
+
+
+def _fill_parts(parts: tuple[Any, Any], values: list[float]) -> None:
+    """Write three values into the first message, and the others into the second."""
+    _fill(parts[0], values[:3])
+    _fill(parts[1], values[3:])
+
+
+def _pose_parts(message: PoseStamped) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    position, turn = message.pose.position, message.pose.orientation
+    return (position.x, position.y, position.z), (turn.x, turn.y, turn.z, turn.w)
+
+
+def _pass_wrench(receive: Callable[[tuple[float, ...]], object], message: WrenchStamped) -> None:
+    receive(_numbers(message.wrench))
+
+
+def _numbers(wrench: Wrench) -> tuple[float, ...]:
+    force, torque = wrench.force, wrench.torque
+    return force.x, force.y, force.z, torque.x, torque.y, torque.z
 
 
 class WrenchTopics:
@@ -47,8 +203,7 @@ class WrenchTopics:
             return
         fill_time(self._message.header.stamp, sample.time_ns)
         wrench, values = self._message.wrench, sample.values.tolist()
-        _fill(wrench.force, values[:3])
-        _fill(wrench.torque, values[3:])
+        _fill_parts((wrench.force, wrench.torque), values)
         for publisher in requested:
             publisher.publish(self._message, sample.time_ns)
 
@@ -110,15 +265,14 @@ class PoseTopics:
         values = sample.values.tolist()
         if self._publisher.wanted(sample.time_ns):
             fill_time(self._message.header.stamp, sample.time_ns)
-            _fill(self._message.pose.position, values[:3])
-            _fill(self._message.pose.orientation, values[3:])
+            _fill_parts((self._message.pose.position, self._message.pose.orientation), values)
             self._publisher.publish(self._message, sample.time_ns)
         if self._transforms is None or not is_pose(values):
             return
         if self._rate.due(sample.time_ns):
             fill_time(self._transform.header.stamp, sample.time_ns)
-            _fill(self._transform.transform.translation, values[:3])
-            _fill(self._transform.transform.rotation, values[3:])
+            transform = self._transform.transform
+            _fill_parts((transform.translation, transform.rotation), values)
             self._transforms.publish(TFMessage(transforms=[self._transform]))
 
 

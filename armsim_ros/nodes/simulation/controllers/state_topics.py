@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""State topics of controllers: joint states, references, ``~/controller_state``."""
+"""Topics of controllers: commands, joint states, references, ``~/controller_state``."""
 
 from __future__ import annotations
 
@@ -20,30 +20,57 @@ from geometry_msgs.msg import WrenchStamped
 import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
+from armsim_ros.control.broadcasters.broadcaster import SensorSample
 from armsim_ros.control.broadcasters.joint_state_broadcaster import (
     JointStateLayout,
     JointStateSnapshot,
 )
-from armsim_ros.control.broadcasters.sensor_broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
     AdmittanceSnapshot,
 )
+from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.joint_state import (
+from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
     fill_controller_state,
     serialized_joint_state,
 )
-from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.qos import CalmSubscribers, WantedPublisher
+
+
+class Commands:
+    """Passes commands to a forward controller; the events report why a command is dropped."""
+
+    def __init__(self, node: Node, controller: ForwardController) -> None:
+        self._controller = controller
+        if controller.single:
+            self._subscriptions = [
+                node.create_subscription(Float64, '~/command', self._receive_one, qos.COMMAND)
+            ]
+        else:
+            self._subscriptions = [
+                node.create_subscription(Float64MultiArray, name, self._receive, qos.COMMAND)
+                for name in ('~/commands', '~/command')
+            ]
+
+    def _receive(self, message: Float64MultiArray) -> None:
+        self._controller.receive(message.data)
+
+    def _receive_one(self, message: Float64) -> None:
+        self._controller.receive((message.data,))
+
+    def publish(self, time_ns: int) -> None:
+        """Publish nothing: such a controller has no state."""
 
 
 class ControllerStatePublisher:
@@ -52,8 +79,6 @@ class ControllerStatePublisher:
 
     The rate is the parameter ``state_publish_rate``; the reference implementation publishes at
     every update, which at the rate of our physics would be more than any client reads.
-
-    :param node: the controller's node.
     """
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
@@ -61,15 +86,10 @@ class ControllerStatePublisher:
         self._message = JointTrajectoryControllerState()
         self._published = -1
         self._publisher = WantedPublisher(
-            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE
-        )
+            node, JointTrajectoryControllerState, '~/controller_state', qos.STATE)
 
     def publish_if_due(self, time_ns: int) -> None:
-        """
-        Publish the latest state if it is due and there was an update since the last state.
-
-        :param time_ns: [ns] of the simulation.
-        """
+        """Publish the latest state if it is due and there was an update since the last state."""
         if not self._controller.active or not self._controller.publish_due(time_ns):
             return
         if not self._publisher.wanted(time_ns):
@@ -82,11 +102,7 @@ class ControllerStatePublisher:
 
 
 class PidTopics:
-    """
-    Passes references to the controller and publishes its state.
-
-    :param node: the controller's node.
-    """
+    """Passes references to the controller and publishes its state."""
 
     def __init__(self, node: Node, controller: PidController) -> None:
         self._controller = controller
@@ -183,11 +199,7 @@ OFFSET = 'admittance_offset'
 
 
 class AdmittanceTopics:
-    """
-    Passes references to the controller and publishes its state.
-
-    :param node: the controller's node.
-    """
+    """Passes references to the controller and publishes its state."""
 
     def __init__(self, node: Node, controller: AdmittanceController) -> None:
         self._controller = controller

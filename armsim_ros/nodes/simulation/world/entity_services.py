@@ -4,11 +4,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+import ctypes
+from functools import cache
+from math import prod
+import re
+import sys
 from typing import Any
 
+import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from simulation_interfaces.msg import EntityCategory, EntityInfo
+from simulation_interfaces.msg import Bounds, EntityCategory, EntityFilters, EntityInfo, TagsFilter
 from simulation_interfaces.srv import (
     GetEntities,
     GetEntitiesStates,
@@ -19,6 +26,8 @@ from simulation_interfaces.srv import (
     SetEntityState,
 )
 
+from armsim_ros.arrays import Matrix
+from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.world.answers import (
     answered,
     box,
@@ -26,22 +35,149 @@ from armsim_ros.nodes.simulation.world.answers import (
     refuse,
     RefusedPoseError,
     state_message,
+    Work,
 )
-from armsim_ros.nodes.simulation.world.filters import Selection
-from armsim_ros.nodes.simulation.world.work import Work
 from armsim_ros.sim.world.entities import Entities
+
+#: Longer expressions are refused.
+LONGEST_EXPRESSION = 500
+#: Product of all counts in braces; each makes the expression so many times as large.
+MOST_REPEATS = 1000
+_COUNTS, _BACKWARDS = re.compile(r'(\d+)\s*}'), re.compile(r'\\\d')
+#: Room for a ``regex_t`` [bytes]; it has 64 in the GNU library and less in others.
+_ROOM = 512
+_EXTENDED = 1
+
+
+class Selection:
+    """
+    A filter that was understood.
+
+    :param filters: the message.
+    :raises SimulationError: a filter cannot be understood.
+    """
+
+    def __init__(self, filters: EntityFilters) -> None:
+        self._matches = expression(filters.filter)
+        self._categories = {category.category for category in filters.categories}
+        self._overlaps = region(filters.bounds)
+        self._tags = filters.tags
+        has_tags((), self._tags)
+
+    def names(self, entities: Entities) -> list[str]:
+        """Return the names of the entities that pass, sorted; only in the loop's thread."""
+        return [name for name in entities.names if self._passes(name, entities)]
+
+    def _passes(self, name: str, entities: Entities) -> bool:
+        info = entities.info(name)
+        return (
+            self._matches(name)
+            and (not self._categories or info.category in self._categories)
+            and has_tags(info.tags, self._tags)
+            and (self._overlaps is None or self._overlaps(*entities.world_bounds(name)))
+        )
+
+
+def has_tags(tags: Collection[str], requested: TagsFilter) -> bool:
+    """
+    Return whether labels pass a filter.
+
+    :raises SimulationError: a mode that is none.
+    """
+    if not requested.tags:
+        return True
+    if requested.filter_mode == TagsFilter.FILTER_MODE_ALL:
+        return all(tag in tags for tag in requested.tags)
+    if requested.filter_mode == TagsFilter.FILTER_MODE_ANY:
+        return any(tag in tags for tag in requested.tags)
+    raise SimulationError(f'filter_mode is {requested.filter_mode}; allowed: ANY (0), ALL (1)')
+
+
+def expression(text: str) -> Callable[[str], bool]:
+    """
+    Return what searches a POSIX extended regular expression in a name.
+
+    The C library does it, so that it means what it means elsewhere.
+
+    :raises SimulationError: the expression is broken.
+    """
+    if not text:
+        return lambda name: True
+    if len(text) > LONGEST_EXPRESSION or '\0' in text:
+        raise SimulationError(
+            f'the filter has {len(text)} characters; allowed: up to {LONGEST_EXPRESSION}')
+    if prod(max(1, int(number)) for number in _COUNTS.findall(text)) > MOST_REPEATS:
+        raise SimulationError(
+            f"the filter '{text}' repeats too much; allowed: a product of {MOST_REPEATS}")
+    if _BACKWARDS.search(text):
+        raise SimulationError(f"the filter '{text}' refers to a group; that is not supported")
+    library, compiled = _library(), ctypes.create_string_buffer(_ROOM)
+    code = library.regcomp(compiled, text.encode(), _EXTENDED)
+    if code:
+        words = ctypes.create_string_buffer(200)
+        library.regerror(code, compiled, words, len(words))
+        raise SimulationError(f"the filter '{text}' is not a POSIX extended regular expression: "
+                              f'{words.value.decode(errors="replace")}')
+    held = _Compiled(library, compiled)
+    return lambda name: library.regexec(held.buffer, name.encode(), 0, None, 0) == 0
+
+
+def region(bounds: Bounds) -> Callable[[Matrix, Matrix], bool] | None:
+    """
+    Return a test whether a box of the world overlaps a region; None where there is none.
+
+    :raises SimulationError: a region that is not supported or has wrong points.
+    """
+    if bounds.type == Bounds.TYPE_EMPTY:
+        return None
+    points = np.array([(point.x, point.y, point.z) for point in bounds.points])
+    if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
+        raise SimulationError(f'bounds of type {bounds.type} are not supported; allowed: '
+                              'TYPE_BOX (1), TYPE_SPHERE (3)')
+    if points.shape != (2, 3) or not np.isfinite(points).all():
+        raise SimulationError(f'the bounds have {len(points)} points; allowed: 2, finite')
+    if bounds.type == Bounds.TYPE_SPHERE:
+        centre, radius = points[0], float(points[1, 0])
+
+        def in_sphere(low: Matrix, high: Matrix) -> bool:
+            return float(np.linalg.norm(np.clip(centre, low, high) - centre)) <= radius
+
+        return in_sphere
+    first, last = points
+
+    def in_box(low: Matrix, high: Matrix) -> bool:
+        return bool((low <= last).all() and (high >= first).all())
+
+    return in_box
+
+
+class _Compiled:
+    """Frees an expression with its last reference."""
+
+    def __init__(self, library: Any, buffer: Any) -> None:
+        self._library, self.buffer = library, buffer
+
+    def __del__(self) -> None:
+        self._library.regfree(self.buffer)
+
+
+@cache
+def _library() -> Any:
+    library = ctypes.CDLL('libSystem.dylib' if sys.platform == 'darwin' else None)
+    pointer, text, size = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t
+    library.regcomp.argtypes = [pointer, text, ctypes.c_int]
+    library.regexec.argtypes = [pointer, text, size, pointer, ctypes.c_int]
+    library.regerror.argtypes = [ctypes.c_int, pointer, pointer, size]
+    library.regfree.argtypes = [pointer]
+    return library
+
 
 #: The longest text that is kept of a user's input.
 LONGEST_TEXT, MOST_TAGS = 10_000, 100
 
 
 class EntityServices:
-    """
-    Answers about entities, each consistent with a single moment between two ticks.
-
-    :param node: the node that serves.
-    :param work: reaches the loop.
-    """
+    """Answers about entities, each consistent with a single moment between two ticks."""
 
     def __init__(self, node: Node, work: Work, entities: Entities) -> None:
         self._work = work
@@ -86,8 +222,7 @@ class EntityServices:
         def put() -> None:
             entities = self._entities
             entities.state(request.entity)  # an unknown entity is reported first
-            entities.set_state(
-                request.entity, given_state(request.state, entities.frame_pose))
+            entities.set_state(request.entity, given_state(request.state, entities.frame_pose))
 
         try:
             await self._work.beside(lambda: self._work.wait_for_loop(put))

@@ -21,7 +21,7 @@ from armsim_ros.model.grippers import Gripper
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.grippers.finger_contacts import FingerContact, FingerContacts
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
@@ -37,7 +37,6 @@ class GripperContacts:
     """
     Publishes a message for each point of contact, and none where there is none.
 
-    :param node: the node that publishes.
     :param namespace: of the robot, with a slash before it.
     :param gripper: whose fingers.
     :param fingers: reads their contacts.
@@ -58,8 +57,7 @@ class GripperContacts:
         name = re.sub(r'\W', '_', gripper.name)
         self._publisher = node.create_publisher(
             ContactInformation, f'{namespace}/{name}/contacts', QoSProfile(depth=DEPTH),
-            event_callbacks=PublisherEventCallbacks(
-                matched=self._match),
+            event_callbacks=PublisherEventCallbacks(matched=self._match),
         )
 
     def _match(self, _: Any) -> None:
@@ -109,8 +107,6 @@ class VacuumGripperServer:
     """
     Switches a suction cup and publishes whether it holds something.
 
-    :param node: the node that serves.
-    :param work: reaches the loop.
     :param namespace: of the robot, with a slash before it.
     :param tell_scene: publishes the present world to planning, and then calls back.
     """

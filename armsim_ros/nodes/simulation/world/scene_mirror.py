@@ -9,12 +9,7 @@ from concurrent.futures import Future as LoopFuture
 import time
 from uuid import uuid4
 
-from moveit_msgs.msg import (
-    AttachedCollisionObject,
-    CollisionObject,
-    ObjectColor,
-    PlanningScene,
-)
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, ObjectColor, PlanningScene
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -49,7 +44,6 @@ class SceneMirror:
 
     At rest nothing is published, and without subscribers nothing is checked.
 
-    :param node: the node that publishes.
     :param frame: the model frame.
     :param root: (4, 4) pose of the world in it.
     :param fingers: returns what fingers hold, where there are some.
@@ -127,9 +121,7 @@ class SceneMirror:
     ) -> None:
         self._sent(None if future.cancelled() else future.result(), waiting)
 
-    def _sent(
-        self, now: WorldSnapshot | None, waiting: Iterable[Callable[[], object]]
-    ) -> None:
+    def _sent(self, now: WorldSnapshot | None, waiting: Iterable[Callable[[], object]]) -> None:
         self._looking = False
         if now is not None:
             self._tell(now)
@@ -160,8 +152,7 @@ class SceneMirror:
         message = PlanningScene(is_diff=True)
         message.robot_state.is_diff = True
         for name, (link, touch_links) in pairs:
-            attached = AttachedCollisionObject(
-                link_name=link, touch_links=list(touch_links))
+            attached = AttachedCollisionObject(link_name=link, touch_links=list(touch_links))
             attached.object = self._short(name, operation)
             attached.object.type.key, attached.object.type.db = WORLD_TYPE, epoch
             message.robot_state.attached_collision_objects.append(attached)

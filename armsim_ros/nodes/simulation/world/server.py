@@ -21,6 +21,7 @@ from armsim_ros.model.grippers import grippers_of
 from armsim_ros.model.world_objects import world_in_root
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
+from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.entity_services import EntityServices
 from armsim_ros.nodes.simulation.world.grippers import GripperContacts, VacuumGripperServer
 from armsim_ros.nodes.simulation.world.scene_mirror import SceneMirror
@@ -28,11 +29,9 @@ from armsim_ros.nodes.simulation.world.simulation_state import (
     Resetting,
     RunState,
     SimulationStateServices,
+    Stepping,
 )
-from armsim_ros.nodes.simulation.world.spawning import Spawning
-from armsim_ros.nodes.simulation.world.stepping import Stepping
-from armsim_ros.nodes.simulation.world.work import Work
-from armsim_ros.nodes.simulation.world.worlds import Worlds
+from armsim_ros.nodes.simulation.world.spawning import Spawning, Worlds
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.sim.grippers.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity
@@ -80,7 +79,6 @@ class SimulatorFeatures:
     """
     Lists what this simulator can do.
 
-    :param node: the node that serves.
     :param timestep: of the physics [s].
     :param lockstep: whether time moves by steps alone; only then can it be reset.
     """
@@ -117,10 +115,8 @@ class WorldServer:
     """
     The simulated world as clients see it.
 
-    :param node: the node ``/simulation``.
     :param publish: hands over what belongs to the present time; called between two ticks.
     :param settle: steps are answered when it is done.
-    :param quit_program: ends the program.
     """
 
     def __init__(
@@ -174,8 +170,7 @@ class WorldServer:
         #: Suction cup -> what switches it.
         self.cups = {server.control.gripper.name: server.control for server in grippers_of_robots}
         self._finger_topics = [
-            GripperContacts(
-                node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
+            GripperContacts(node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
             for robot in cell.robots for gripper in grippers[robot.name]
         ]
         if WrenchServer is not None:
@@ -185,8 +180,7 @@ class WorldServer:
             EntityServices(node, work, self.entities),
             Spawning(node, work, self.entities, resources),
             Worlds(node, work, self.entities, resources, self.state, self.resetting),
-            SimulationStateServices(
-                node, self.state, self.resetting, dispatcher, quit_program),
+            SimulationStateServices(node, self.state, self.resetting, dispatcher, quit_program),
             Stepping(node, work, self.state, publish, settle),
             SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic),
         )

@@ -20,9 +20,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from armsim_ros.arrays import Vector
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.work import Work
+from armsim_ros.nodes.simulation.world.answers import Work
+from armsim_ros.sim.external_loads import ExternalWrenches, Wrench
 from armsim_ros.sim.world.entities import Entities
-from armsim_ros.sim.world.external_wrenches import ExternalWrenches, Wrench
 
 _PLACE = '/external_wrench'
 #: How long a message of the topic acts [ns].
@@ -34,16 +34,9 @@ _LENGTH = 0.01
 
 
 class WrenchServer:
-    """
-    Applies wrenches.
+    """Applies wrenches."""
 
-    :param node: the node that serves.
-    :param work: reaches the loop.
-    """
-
-    def __init__(
-        self, node: Node, work: Work, dispatcher: Dispatcher, entities: Entities
-    ) -> None:
+    def __init__(self, node: Node, work: Work, dispatcher: Dispatcher, entities: Entities) -> None:
         self._node, self._work = node, work
         self._wrenches = ExternalWrenches(work.loop, entities)
         node.create_service(
@@ -77,8 +70,7 @@ class WrenchServer:
     def _receive(self, message: WrenchStamped) -> None:
         """Hold the wrench of a message for a while; the next one replaces it."""
         try:
-            wrench = Wrench(
-                message.header.frame_id, *_parts(message), np.zeros(3), _HELD_NS)
+            wrench = Wrench(message.header.frame_id, *_parts(message), np.zeros(3), _HELD_NS)
         except ValueError as error:
             self._warn(str(error))
             return
@@ -104,8 +96,7 @@ class WrenchServer:
                   for wrench, share in acting
                   for kind, way in (('force', wrench.force), ('torque', wrench.torque))
                   if way.any()]
-        self._markers.publish(MarkerArray(
-            markers=[Marker(action=Marker.DELETEALL), *arrows]))
+        self._markers.publish(MarkerArray(markers=[Marker(action=Marker.DELETEALL), *arrows]))
 
 
 def _wrench(message: ExternalWrench) -> Wrench:

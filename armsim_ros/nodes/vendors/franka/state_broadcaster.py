@@ -32,8 +32,7 @@ from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.qos import WantedPublisher
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
-from armsim_ros.nodes.vendors.franka.inertias import end_effector, Mass, vector
-from armsim_ros.nodes.vendors.franka.services import ArmParameters
+from armsim_ros.nodes.vendors.franka.services import ArmParameters, end_effector, Mass, vector
 from armsim_ros.sim.external_loads import ExternalLoads
 
 #: A joint that is faster is in motion [rad/s].
@@ -89,7 +88,6 @@ class StateTopics:
     """
     The topics of a ``franka_robot_state_broadcaster/FrankaRobotStateBroadcaster``.
 
-    :param node: the controller's node.
     :param joints: (n,) of the arm.
     """
 
@@ -140,8 +138,7 @@ class StateTopics:
         nodes, places = self._nodes, self._places
         hardware = nodes.manager.hardware
         if self._loads is None:
-            self._loads = ExternalLoads(
-                nodes.loop.simulation, hardware.joint_names, nodes.robot)
+            self._loads = ExternalLoads(nodes.loop.simulation, hardware.joint_names, nodes.robot)
         state, command, given = hardware.state, hardware.command, hardware.feedforward
         effort = np.where(np.isfinite(command.effort), command.effort, 0.0)
         desired = np.where(np.isfinite(command.position), command.position, state.position)

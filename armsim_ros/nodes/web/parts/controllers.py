@@ -1,17 +1,20 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The controllers of every controller manager, and their switch."""
+"""The controllers of every controller manager, and the safety of each arm, with their switches."""
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from typing import Any, Literal
 
 from controller_manager_msgs.srv import ListControllers, SwitchController
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.session import Session
 
 _PERIOD = 0.5
 
@@ -25,11 +28,7 @@ class Switch(PanelCommand):
 
 
 class ControllersPart(Part):
-    """
-    Shows the controllers that the managers list.
-
-    :param watch: queries them.
-    """
+    """Shows the controllers that the managers list."""
 
     def __init__(self, page: Page, watch: WatchPart) -> None:
         super().__init__(page)
@@ -70,3 +69,60 @@ class ControllersPart(Part):
         if not answer.ok:
             reason = getattr(answer, 'message', '') or 'its log has the reason'
             raise ArmsimError(f"'{command.name}' was not switched: {reason}")
+
+
+_SAFETY_PERIOD = 0.2
+_STOP, _CLEAR = 'protective_stop', 'clear_stop'
+_LATCHED = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.RELIABLE,
+                      durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class ArmCommand(PanelCommand):
+    """Stop an arm, or clear its stop."""
+
+    arm: str
+    what: Literal['stop', 'clear']
+
+
+class SafetyPart(Part):
+    """Shows the state of each arm that publishes ``safety``."""
+
+    def __init__(self, page: Page, watch: WatchPart) -> None:
+        super().__init__(page)
+        self._watch = watch
+        self._topics: dict[str, Any] = {}
+        self._states: dict[str, dict[str, Any]] = {}
+
+    def handlers(self) -> dict[str, Any]:
+        """Return what it answers."""
+        return {'safety': (ArmCommand, self._command)}
+
+    async def run(self) -> None:
+        """Publish the states as they come."""
+        while True:
+            arms = {name.removesuffix(_STOP) for name, kind in self._watch.services.items()
+                    if name.endswith(f'/{_STOP}') and kind == 'std_srvs/srv/SetBool'}
+            for arm in arms - set(self._topics):
+                self._topics[arm] = self.page.link.poll(String, f'{arm}safety', _LATCHED)
+                self.page.link.prepare(SetBool, f'{arm}{_STOP}')
+                self.page.link.prepare(Trigger, f'{arm}{_CLEAR}')
+            for arm in set(self._topics) - arms:
+                self._topics.pop(arm).close()
+                self._states.pop(arm, None)
+            for arm, topic in self._topics.items():
+                for message in topic.take():
+                    self._states[arm] = json.loads(message.data)
+            self.page.publish('safety', [
+                {'arm': arm, **state} for arm, state in sorted(self._states.items())])
+            await self._watch.rest(_SAFETY_PERIOD)
+
+    async def _command(self, _session: Session, command: ArmCommand) -> None:
+        if command.arm not in self._topics:
+            raise ArmsimError(f"there is no arm '{command.arm}' that can be stopped")
+        if command.what == 'stop':
+            answer = await self.page.call(
+                SetBool, f'{command.arm}{_STOP}', SetBool.Request(data=True))
+        else:
+            answer = await self.page.call(Trigger, f'{command.arm}{_CLEAR}')
+        if not answer.success:
+            raise ArmsimError(answer.message)

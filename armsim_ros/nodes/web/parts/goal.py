@@ -11,29 +11,21 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from moveit_msgs.msg import PlanningSceneComponents
-from moveit_msgs.srv import GetPlanningScene
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.clients.description import (
-    bounds,
-    link_pose,
-    moved_links,
-    position_of,
-    tip_of,
-)
+from armsim_ros.clients.description import bounds, link_pose, moved_links, position_of, tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Page, Part
-from armsim_ros.nodes.web.parts.goal_commands import (
+from armsim_ros.nodes.web.page import Page, Part, Session
+from armsim_ros.nodes.web.parts.reach import (
     ChooseGroup,
     ChooseStart,
     ChooseState,
+    Reach,
     SetJoints,
 )
-from armsim_ros.nodes.web.parts.reach import Reach
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing, ToolHandle
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.robot_drawing import RobotDrawing, ToolHandle
 from armsim_ros.nodes.web.view.shapes import Color
 
 CURRENT, RANDOM, DRAG = 'current', 'random valid', 'drag the tool'
@@ -67,11 +59,7 @@ class SessionGoal:
 
 
 class GoalPart(Part):
-    """
-    Keeps a goal for each session, moves its ghost, and shows whether it can be reached.
-
-    :param robot_part: knows the pose of the robot.
-    """
+    """Keeps a goal for each session, moves its ghost, and shows whether it can be reached."""
 
     def __init__(self, page: Page, robot_part: RobotPart) -> None:
         super().__init__(page)
@@ -124,9 +112,7 @@ class GoalPart(Part):
 
     async def current(self) -> dict[str, float]:
         """Return the robot's joint positions as move_group knows them [rad or m]."""
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.ROBOT_STATE
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.ROBOT_STATE)
         state = scene.robot_state.joint_state
         return dict(zip(state.name, state.position, strict=True))
 

@@ -17,10 +17,9 @@ from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.session import Session
 
 _TYPE = 'moveit_msgs/srv/ServoCommandType'
 _PERIOD = 1.0
@@ -44,12 +43,7 @@ class Jog(PanelCommand):
 
 
 class JogPart(Part):
-    """
-    Sends unitless commands to the first servo that it finds.
-
-    :param watch: reports which services exist.
-    :param goals: which group's tip moves.
-    """
+    """Sends unitless commands to the first servo that it finds."""
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart) -> None:
         super().__init__(page)

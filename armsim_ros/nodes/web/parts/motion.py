@@ -29,11 +29,10 @@ from armsim_ros.clients.motion import (
 )
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.curves import curves_of, Trace
 
 #: Period of progress reports [s].
@@ -41,11 +40,7 @@ _PERIOD = 0.2
 
 
 class Activity:
-    """
-    A single activity at a time, from any session; all sessions see it.
-
-    :param page: publishes it.
-    """
+    """A single activity at a time, from any session; all sessions see it."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -127,13 +122,7 @@ class Stop(PanelCommand):
 
 
 class MotionPart(Part):
-    """
-    Plans for each session; one motion is executed at a time, whichever session requested it.
-
-    :param watch: knows the controllers.
-    :param goals: where to.
-    :param paths: keeps the plans.
-    """
+    """Plans for each session; one motion is executed at a time, whichever session requested it."""
 
     def __init__(self, page: Page, watch: WatchPart, goals: GoalPart, paths: PathPart) -> None:
         super().__init__(page)

@@ -19,7 +19,7 @@ from moveit_msgs.msg import (
     PlanningScene,
     PlanningSceneComponents,
 )
-from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
+from moveit_msgs.srv import ApplyPlanningScene
 import numpy as np
 from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh, MeshTriangle, SolidPrimitive
@@ -29,7 +29,7 @@ from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.web.page import Page, Part
+from armsim_ros.nodes.web.page import Page, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.object_commands import (
     Add,
@@ -38,13 +38,13 @@ from armsim_ros.nodes.web.parts.object_commands import (
     Change,
     Load,
     Named,
+    object_from_dict,
+    object_to_dict,
     Save,
     Select,
 )
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.saved_scene import object_from_dict, object_to_dict
-from armsim_ros.nodes.web.scene.objects_drawing import drawn_objects, ObjectsDrawing
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.objects_drawing import drawn_objects, ObjectsDrawing
 from armsim_ros.nodes.web.view.shapes import parts_of_file
 
 #: Sizes of new objects: the dimensions of a SolidPrimitive [m].
@@ -61,12 +61,7 @@ _REASON_LOOKS = 10
 
 
 class ObjectsPart(Part):
-    """
-    Shows world objects and attached ones, and changes them through apply_planning_scene.
-
-    :param robot_part: knows the frames.
-    :param goals: whose ghosts touch objects.
-    """
+    """Shows world objects and attached ones, and changes them through apply_planning_scene."""
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
         super().__init__(page)
@@ -130,12 +125,10 @@ class ObjectsPart(Part):
         self.page.soon(show)
 
     async def _read(self) -> None:
-        request = GetPlanningScene.Request()
         parts = PlanningSceneComponents
-        request.components.components = (
+        scene = await self.page.planning_scene(
             parts.WORLD_OBJECT_NAMES | parts.WORLD_OBJECT_GEOMETRY
             | parts.ROBOT_STATE_ATTACHED_OBJECTS | parts.OBJECT_COLORS)
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
         self._drawing.show(drawn_objects(scene))
         self._touched.clear()
         self._goals.look_again()
@@ -267,9 +260,7 @@ class ObjectsPart(Part):
         await self._apply(attached=attached)
 
     async def _allow(self, _session: Session, command: Allow) -> None:
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.ALLOWED_COLLISION_MATRIX)
         matrix = scene.allowed_collision_matrix
         for pair in command.pairs:
             for name in pair:

@@ -8,18 +8,64 @@ import asyncio
 from typing import Any
 
 from moveit_msgs.msg import PlanningScene, PlanningSceneComponents
-from moveit_msgs.srv import GetPlanningScene
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.qos import QoSProfile
 from std_srvs.srv import Empty
 
+from armsim_ros.arrays import Vector
 from armsim_ros.errors import ArmsimError
+from armsim_ros.model.geometry import Box
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.conversions.octomap import octomap_from_message
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.model.transforms import quat_wxyz_from_matrix
+from armsim_ros.nodes.conversions.planning_scene import octomap_from_message
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.scene.octomap_drawing import OctomapDrawing
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.shapes import ShapeReader
+from armsim_ros.planning.scene.octomap import Octomap
+
+#: Colours from the lowest cell to the highest.
+_COLORS = np.array([(68, 1, 84), (49, 104, 142), (53, 183, 121), (253, 231, 37)], dtype=float)
+
+
+class OctomapDrawing:
+    """Boxes, one per occupied leaf of the tree, drawn as instances of a single mesh."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._node: Any = None
+        self._box, = ShapeReader().parts(Box((1.0, 1.0, 1.0)))
+
+    def show(self, octomap: Octomap | None, node: str) -> int:
+        """Draw a map and no other; return the number of boxes."""
+        if self._node is not None:
+            self._node.remove()
+            self._node = None
+        if octomap is None:
+            return 0
+        centres, edges = octomap.boxes
+        if len(edges):
+            turns = np.zeros((len(edges), 4), dtype=np.float32)
+            turns[:, 0] = 1.0
+            heights: Vector = centres @ octomap.pose[2, :3]
+            self._node = self._scene.add_batched_meshes_simple(
+                f'{node}/octomap', self._box.vertices, self._box.faces, turns,
+                centres.astype(np.float32), batched_scales=edges.astype(np.float32),
+                batched_colors=height_colors(heights), flat_shading=True, cast_shadow=False,
+                receive_shadow=False, lod='off', position=octomap.pose[:3, 3],
+                wxyz=quat_wxyz_from_matrix(octomap.pose))
+        return len(edges)
+
+
+def height_colors(heights: Vector) -> NDArray[np.uint8]:
+    """Return colours (k, 3) of heights (k,) [m] between the lowest and the highest."""
+    low, high = heights.min(), heights.max()
+    share = (heights - low) / max(high - low, 1e-9) * (len(_COLORS) - 1)
+    places = np.arange(len(_COLORS))
+    return np.stack(
+        [np.interp(share, places, channel) for channel in _COLORS.T], axis=-1).astype(np.uint8)
+
 
 #: Between two drawings, each of which sends all cells to the browser [s].
 _PERIOD = 0.5
@@ -31,12 +77,7 @@ class ClearOctomap(PanelCommand):
 
 
 class OctomapPart(Part):
-    """
-    Shows the cells while a panel is open.
-
-    :param watch: pauses while none is.
-    :param robot_part: knows the frames.
-    """
+    """Shows the cells while a panel is open."""
 
     def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
         super().__init__(page)
@@ -75,9 +116,7 @@ class OctomapPart(Part):
             await self._watch.rest(_PERIOD)
 
     async def _read(self) -> None:
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.OCTOMAP
-        scene = (await self.page.call(GetPlanningScene, '/get_planning_scene', request)).scene
+        scene = await self.page.planning_scene(PlanningSceneComponents.OCTOMAP)
         message = scene.world.octomap
         update = await asyncio.to_thread(octomap_from_message, message, is_diff=False)
         octomap = update.octomap if update is not None else None

@@ -14,10 +14,9 @@ from pydantic import Field
 from armsim_ros.clients.description import link_pose, tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RATE, RobotPart
-from armsim_ros.nodes.web.session import Session
 from armsim_ros.nodes.web.view.curves import Curves
 
 #: Points of the tip's line, and its colour.
@@ -62,12 +61,7 @@ class Plan:
 
 
 class PathPart(Part):
-    """
-    Keeps each session's plan and shows it.
-
-    :param robot_part: knows the pose of the root link.
-    :param goals: whose ghosts run.
-    """
+    """Keeps each session's plan and shows it."""
 
     def __init__(self, page: Page, robot_part: RobotPart, goals: GoalPart) -> None:
         super().__init__(page)

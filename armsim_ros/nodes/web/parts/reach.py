@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a goal can be reached: inverse kinematics and collisions, computed by move_group."""
+"""Commands about the goal, and whether it can be reached, as move_group computes."""
 
 from __future__ import annotations
 
@@ -13,18 +13,39 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.clients.description import tip_of
 from armsim_ros.clients.motion import robot_state, stamped_pose, SUCCESS
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Page
+from armsim_ros.nodes.web.page import Page, PanelCommand
+
+
+class ChooseGroup(PanelCommand):
+    """Another planning group."""
+
+    name: str
+
+
+class ChooseState(PanelCommand):
+    """A named state, or a keyword for others."""
+
+    name: str
+
+
+class SetJoints(PanelCommand):
+    """Joint positions [rad or m]."""
+
+    values: dict[str, float]
+
+
+class ChooseStart(PanelCommand):
+    """Where plans begin: the current state, a named state, or the state of the ghost."""
+
+    name: str
+
 
 #: How long inverse kinematics may search while the tool is dragged [s].
 _IK_TIME = 0.05
 
 
 class Reach:
-    """
-    Checks goals.
-
-    :param page: that calls move_group.
-    """
+    """Checks goals."""
 
     def __init__(self, page: Page) -> None:
         self.page = page

@@ -24,9 +24,8 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
-from armsim_ros.nodes.web.scene.robot_drawing import RobotDrawing
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
+from armsim_ros.nodes.web.view.robot_drawing import RobotDrawing
 from armsim_ros.nodes.web.view.shapes import ShapeReader
 from armsim_ros.packages import Packages
 
@@ -64,11 +63,7 @@ class Theme(PanelCommand):
 
 
 class RobotPart(Part):
-    """
-    Draws the robot at the poses that tf publishes.
-
-    :param packages: where the packages of meshes are searched.
-    """
+    """Draws the robot at the poses that tf publishes."""
 
     def __init__(self, page: Page, packages: Packages) -> None:
         super().__init__(page)
@@ -89,9 +84,7 @@ class RobotPart(Part):
         self._tf_static = page.link.poll(TFMessage, '/tf_static', _TF_STATIC)
         for topic, kind in (('/robot_description', 'urdf'),
                             ('/robot_description_semantic', 'srdf')):
-            page.link.subscribe(
-                String, topic, qos.DESCRIPTION,
-                partial(self._heard, kind))
+            page.link.subscribe(String, topic, qos.DESCRIPTION, partial(self._heard, kind))
         page.link.prepare(GetParameters, '/move_group/get_parameters')
 
     def _heard(self, kind: str, message: String) -> None:
@@ -108,7 +101,7 @@ class RobotPart(Part):
         self.look_at_robot(session)
 
     def on_program(self, name: str, there: bool) -> None:
-        """PanelCommand a move_group that has come for the limits that it plans with."""
+        """Ask a new move_group for the limits that it plans with."""
         if name == 'move_group' and there:
             self._news.set()
 
@@ -225,7 +218,7 @@ class RobotPart(Part):
                 await asyncio.wait([self.page.start(self._describe())])
 
     async def _describe(self) -> None:
-        """Read both texts, command for limits, draw."""
+        """Read both texts, ask for limits, draw."""
         try:
             robot = describe(self._texts['urdf'], self._texts['srdf'])
         except ArmsimError as error:

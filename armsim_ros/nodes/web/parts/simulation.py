@@ -28,11 +28,10 @@ from simulation_interfaces.srv import (
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.web.page import Page, PanelCommand, Part
+from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.scene.entities_drawing import EntitiesDrawing, Entity
-from armsim_ros.nodes.web.session import Session
+from armsim_ros.nodes.web.view.objects_drawing import EntitiesDrawing, Entity
 
 _SERVICES = {
     '/get_simulator_features': GetSimulatorFeatures,
@@ -80,12 +79,7 @@ class Watch(PanelCommand):
 
 
 class SimulationPart(Part):
-    """
-    Pauses, steps and resets; shows entities and camera pictures.
-
-    :param watch: reports which services exist.
-    :param robot_part: knows the frames.
-    """
+    """Pauses, steps and resets; shows entities and camera pictures."""
 
     def __init__(self, page: Page, watch: WatchPart, robot_part: RobotPart) -> None:
         super().__init__(page)
@@ -106,7 +100,7 @@ class SimulationPart(Part):
         self._drawing.show([])
 
     async def run(self) -> None:
-        """PanelCommand the simulation how it is, where it answers such questions."""
+        """Publish the state of the simulation, where it has services for that."""
         self.page.start(self._look_through_camera())
         while True:
             for name, kind in _SERVICES.items():
@@ -160,8 +154,7 @@ class SimulationPart(Part):
         request = GetEntitiesStates.Request()
         request.filters.categories = _OBJECTS
         try:
-            answer = await self.page.call(
-                GetEntitiesStates, '/get_entities_states', request, 2.0)
+            answer = await self.page.call(GetEntitiesStates, '/get_entities_states', request, 2.0)
         except ArmsimError:
             return []
         names = list(answer.entities)[:_MOST_ENTITIES]
@@ -184,18 +177,16 @@ class SimulationPart(Part):
         self._drawing.show([entity for entity in entities if entity.name not in planned])
 
     async def _control(self, _session: Session, command: Control) -> None:
+        request: Any
         if command.what == 'step':
-            kind: type[Any] = StepSimulation
-            name = '/step_simulation'
-            request: Any = StepSimulation.Request(steps=1)
+            name, request = '/step_simulation', StepSimulation.Request(steps=1)
         elif command.what == 'reset':
-            kind, name, request = ResetSimulation, '/reset_simulation', ResetSimulation.Request()
+            name, request = '/reset_simulation', ResetSimulation.Request()
         else:
-            kind, name, request = SetSimulationState, '/set_simulation_state', None
-            request = SetSimulationState.Request()
+            name, request = '/set_simulation_state', SetSimulationState.Request()
             request.state.state = (SimulationState.STATE_PAUSED if command.what == 'pause'
                                    else SimulationState.STATE_PLAYING)
-        result = (await self.page.call(kind, name, request)).result
+        result = (await self.page.call(_SERVICES[name], name, request)).result
         already = getattr(SetSimulationState.Response, 'ALREADY_IN_TARGET_STATE', 101)
         if result.result not in (Result.RESULT_OK, already):
             raise ArmsimError(f'{name}: {result.error_message or "refused"}')

@@ -110,11 +110,9 @@ class WatchPart(Part):
             await self.rest(_GRAPH_PERIOD if self.managers else 0.3)
 
     async def _ask_move_group(self) -> None:
-        request = GetPlanningScene.Request()
-        request.components.components = PlanningSceneComponents.SCENE_SETTINGS
         while True:
             try:
-                await self.page.call(GetPlanningScene, '/get_planning_scene', request, _PATIENCE)
+                await self.page.planning_scene(PlanningSceneComponents.SCENE_SETTINGS, _PATIENCE)
                 self._note('move_group', True)
             except ArmsimError:
                 self._note('move_group', False)

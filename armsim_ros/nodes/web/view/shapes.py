@@ -14,16 +14,7 @@ import trimesh
 from trimesh.visual import ColorVisuals
 
 from armsim_ros.errors import ResourceError
-from armsim_ros.model.geometry import (
-    Box,
-    Capsule,
-    Cone,
-    Cylinder,
-    Geometry,
-    Mesh,
-    Plane,
-    Sphere,
-)
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.robot_model import Link, LinkGeometry
 from armsim_ros.packages import Packages
 from armsim_ros.resources import resolve_uri
@@ -61,11 +52,7 @@ class Surface:
 
 
 class ShapeReader:
-    """
-    Turns geometry into parts; each mesh file is read once.
-
-    :param packages: that resolve ``package://``.
-    """
+    """Turns geometry into parts; each mesh file is read once."""
 
     def __init__(self, packages: Packages | None = None) -> None:
         self._packages = packages or Packages()

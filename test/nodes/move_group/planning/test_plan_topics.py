@@ -21,7 +21,10 @@ import pytest
 from visualization_msgs.msg import Marker, MarkerArray
 
 from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.nodes.move_group.planning.display import DisplayContacts, DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planner_services import (
+    DisplayContacts,
+    DisplayPlannedPath,
+)
 from armsim_ros.nodes.move_group.planning.planning_job import PipelineStates
 from armsim_ros.planning.collision.contacts import BodyType, Contact
 

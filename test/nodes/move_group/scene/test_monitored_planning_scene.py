@@ -10,7 +10,7 @@ from rclpy.task import Future
 from armsim_ros.config.move_group.ompl_planning import PlanningParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
-from armsim_ros.nodes.move_group.scene.monitored_planning_scene import MonitoredPlanningScene
+from armsim_ros.nodes.move_group.scene.scene_topics import MonitoredPlanningScene
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate

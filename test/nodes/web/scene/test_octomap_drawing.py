@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip('viser')
 
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.web.scene.octomap_drawing import OctomapDrawing
+from armsim_ros.nodes.web.parts.octomap import OctomapDrawing
 from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.octree_data import Leaves, read_leaves, write_full
 

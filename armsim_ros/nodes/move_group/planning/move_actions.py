@@ -1,0 +1,288 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The actions ``move_action`` and ``sequence_move_group``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from moveit_msgs.action import MoveGroup, MoveGroupSequence
+from moveit_msgs.msg import MotionSequenceRequest, MotionSequenceResponse, RobotState
+from moveit_msgs.msg import PlanningScene as SceneMessage
+from rclpy.action.server import ServerGoalHandle
+
+from armsim_ros.errors import MoveItErrorCode
+from armsim_ros.nodes.conversions.motion_plan_request import (
+    request_from_message,
+    robot_state_to_message,
+    robot_trajectory_message,
+)
+from armsim_ros.nodes.conversions.planning_scene import is_empty
+from armsim_ros.nodes.move_group.context import (
+    Context,
+    fill_error,
+    MoveGroupActionServer,
+    reported,
+)
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome
+from armsim_ros.nodes.move_group.execution.trajectory_execution import (
+    execute_plan,
+    PathWatch,
+    StateRecorder,
+    TrajectoryExecutionManager,
+)
+from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
+from armsim_ros.nodes.move_group.planning.planning_job import (
+    drop_robot_state,
+    log_refused,
+    overlay,
+    PlanningAnswer,
+    PlanningJob,
+)
+from armsim_ros.planning.pilz.sequence import SequenceItem, SequenceResponse
+from armsim_ros.planning.planner import never
+
+DEFAULT_REPLANS = 5
+PLAN_AGAIN = (
+    MoveItErrorCode.PLANNING_FAILED,
+    MoveItErrorCode.INVALID_MOTION_PLAN,
+    MoveItErrorCode.UNABLE_TO_AQUIRE_SENSOR_DATA,
+)
+
+
+class MoveAction:
+    """
+    Plans and, unless plan_only is set, executes the plan.
+
+    :param name: of the action.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        job: PlanningJob,
+        execution: TrajectoryExecutionManager,
+        *,
+        name: str = 'move_action',
+    ) -> None:
+        self._context = context
+        self._job = job
+        self._execution = execution
+        self._server = MoveGroupActionServer(context, MoveGroup, name, self._execute)
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result = MoveGroup.Result()
+        fill_error(result.error_code, MoveItErrorCode.FAILURE, 'not planned', 'move_action')
+        with reported(self._context.logger, 'move_action', result.error_code):
+            if plans_only(
+                self._context, 'move_action', requested=goal.request.planning_options.plan_only
+            ):
+                plan = await self._plan(goal, goal.request.request)
+                fill_plan(result, plan)
+            else:
+                await self._plan_and_execute(goal, result)
+        goal.publish_feedback(MoveGroup.Feedback(state='IDLE'))
+        self._server.end(goal, result.error_code.val)
+        return result
+
+    async def _plan(self, goal: ServerGoalHandle, request: Any) -> PlanningAnswer:
+        goal.publish_feedback(MoveGroup.Feedback(state='PLANNING'))
+        return await self._job.run(
+            request,
+            scene_diff=goal.request.planning_options.planning_scene_diff,
+            cancelled=lambda: goal.is_cancel_requested,
+        )
+
+    async def _plan_and_execute(self, goal: ServerGoalHandle, result: Any) -> None:
+        options, request = goal.request.planning_options, goal.request.request
+        unchanged = is_empty(options.planning_scene_diff)
+        if unchanged and await self._already_there(goal):
+            fill_error(result.error_code, MoveItErrorCode.SUCCESS, 'the robot is at the goal')
+            return
+        state, warn = request.start_state, self._context.logger.warning
+        if state.joint_state.name or state.attached_collision_objects:
+            warn('move_action: the start state is ignored, a motion begins where the robot is')
+        request.start_state = RobotState(is_diff=True)
+        drop_robot_state(options.planning_scene_diff, warn, 'move_action')
+        attempts = max(options.replan_attempts, 0) or DEFAULT_REPLANS if options.replan else 1
+        for attempt in range(1, attempts + 1):
+            if goal.is_cancel_requested:
+                fill_error(result.error_code, MoveItErrorCode.PREEMPTED, 'cancelled', 'planning')
+                return
+            plan = await self._plan(goal, request)
+            fill_plan(result, plan)
+            if not plan.response.success:
+                if plan.response.error_code in PLAN_AGAIN and attempt < attempts:
+                    continue
+                return
+            recorder = StateRecorder(self._context, plan.response.trajectory.joint_names)
+            outcome = await self._run(goal, plan, recorder)
+            result.executed_trajectory = robot_trajectory_message(
+                recorder.trajectory, self._context.frame)
+            fill_error(result.error_code, outcome.code, outcome.message, 'execution')
+            if outcome.success:
+                return
+            self._context.logger.error(f'move_action: {outcome.message}')
+            changed = MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
+            if outcome.code != changed or attempt == attempts:
+                return
+            await self._pause(goal, options.replan_delay)
+
+    async def _already_there(self, goal: ServerGoalHandle) -> bool:
+        scene = await self._job.scene()
+        request = request_from_message(goal.request.request)
+        context = self._context
+        return bool(
+            await context.queries.submit(
+                lambda: context.query_planner.goal_reached(request, scene))
+        )
+
+    async def _run(
+        self, goal: ServerGoalHandle, plan: PlanningAnswer, recorder: StateRecorder
+    ) -> ExecutionOutcome:
+        if goal.is_cancel_requested:
+            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
+        goal.publish_feedback(MoveGroup.Feedback(state='MONITOR'))
+        trajectory, options = plan.response.trajectory, goal.request.planning_options
+        path = PathWatch(
+            self._context, trajectory, plan.request.group_name,
+            lambda scene: overlay(scene, options.planning_scene_diff))
+        return await execute_plan(
+            self._execution, trajectory, path, lambda: goal.is_cancel_requested, recorder.note)
+
+    async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
+        end = self._context.clock() + min(max(seconds, 0.0), 60.0)
+        while self._context.clock() < end and not goal.is_cancel_requested:
+            await self._context.ticker.next()
+
+
+def plans_only(context: Context, source: str, *, requested: bool) -> bool:
+    """Return whether a goal is only planned: on request, or because execution is off."""
+    if not requested and not context.execution_settings.allow_trajectory_execution:
+        context.logger.warning(
+            f'{source}: trajectory execution is switched off (allow_trajectory_execution is '
+            'false); planning only'
+        )
+        return True
+    return requested
+
+
+def fill_plan(result: Any, plan: PlanningAnswer) -> None:
+    """Write a plan into an action result."""
+    result.trajectory_start = plan.start_message
+    result.planned_trajectory = plan.trajectory_message
+    result.planning_time = plan.response.planning_time
+    result.error_code = plan.error_code_message
+
+
+class SequenceJob:
+    """Plans sequences in the planner's worker."""
+
+    def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
+        self._context = context
+        self._job = job
+        self._display = display
+
+    async def run(
+        self,
+        message: MotionSequenceRequest,
+        answer: MotionSequenceResponse,
+        *,
+        scene_diff: SceneMessage | None = None,
+        cancelled: Callable[[], bool] = never,
+        pipeline: str = '',
+    ) -> SequenceResponse:
+        """
+        Plan, fill the answer, and return it as values too.
+
+        :param pipeline: plans all motions; '' for the pipeline of the first.
+        :raises PlanningError: the message holds what cannot exist, or no state ever came.
+        """
+        items = [
+            SequenceItem(request_from_message(item.req), float(item.blend_radius))
+            for item in message.items
+        ]
+        context = self._context
+        cancelled = context.or_ending(cancelled)
+        scene = await (self._job.scene() if items else context.present_scene())
+        if scene_diff is not None:
+            scene = overlay(scene, scene_diff)
+            log_refused(scene, context.logger)
+        response: SequenceResponse = await self._job.in_planner(
+            lambda: context.planner.plan_sequence(
+                items, scene, clock=context.planning_clock(), cancelled=cancelled,
+                pipeline=pipeline,
+            ),
+            cancelled,
+        )
+        context.check_ending('planning')
+        answer.planning_time = response.planning_time
+        fill_error(answer.error_code, response.error_code, response.message, response.source)
+        starts = []
+        if response.start:
+            carried = context.started(scene, items[0].request.start_state).attached.values()
+            starts = [
+                robot_state_to_message(plan.trajectory_start, context.frame, attached=carried)
+                for plan in response.plans
+            ]
+            answer.sequence_start = starts[0]
+        answer.planned_trajectories = [
+            robot_trajectory_message(trajectory, context.frame)
+            for trajectory in response.trajectories
+        ]
+        for plan, start in zip(response.plans, starts, strict=True):
+            self._display.publish_plan(
+                pipeline or items[0].request.pipeline_id
+                or context.planning_parameters.default_planning_pipeline,
+                start, robot_trajectory_message(plan.trajectory, context.frame))
+        return response
+
+
+SOURCE = 'sequence_move_group'
+
+
+class SequenceMoveGroup:
+    """Plans sequences of motions and, unless plan_only is set, executes them."""
+
+    def __init__(
+        self, context: Context, job: SequenceJob, execution: TrajectoryExecutionManager
+    ) -> None:
+        self._context = context
+        self._job = job
+        self._execution = execution
+        self._server = MoveGroupActionServer(context, MoveGroupSequence, SOURCE, self._execute)
+
+    async def _execute(self, goal: ServerGoalHandle) -> Any:
+        result, options = MoveGroupSequence.Result(), goal.request.planning_options
+        code = result.response.error_code
+        fill_error(code, MoveItErrorCode.FAILURE, 'not planned', SOURCE)
+        goal.publish_feedback(MoveGroupSequence.Feedback(state='PLANNING'))
+        with reported(self._context.logger, SOURCE, code):
+            plan_only = plans_only(self._context, SOURCE, requested=options.plan_only)
+            if not plan_only:
+                drop_robot_state(options.planning_scene_diff, self._context.logger.warning, SOURCE)
+            plan = await self._job.run(
+                goal.request.request,
+                result.response,
+                scene_diff=options.planning_scene_diff,
+                cancelled=lambda: goal.is_cancel_requested,
+            )
+            if code.val == MoveItErrorCode.SUCCESS and not plan_only:
+                await self._run(goal, plan, code)
+        goal.publish_feedback(MoveGroupSequence.Feedback(state='IDLE'))
+        self._server.end(goal, code.val)
+        return result
+
+    async def _run(self, goal: ServerGoalHandle, plan: SequenceResponse, code: Any) -> None:
+        goal.publish_feedback(MoveGroupSequence.Feedback(state='MONITOR'))
+        diff = goal.request.planning_options.planning_scene_diff
+        for trajectory, request in zip(plan.trajectories, plan.requests, strict=True):
+            path = PathWatch(
+                self._context, trajectory, request.group_name, lambda scene: overlay(scene, diff))
+            outcome = await execute_plan(
+                self._execution, trajectory, path, lambda: goal.is_cancel_requested)
+            if not outcome.success:
+                fill_error(code, outcome.code, outcome.message, 'execution')
+                self._context.logger.error(f'{SOURCE}: {outcome.message}')
+                return
