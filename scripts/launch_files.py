@@ -25,8 +25,8 @@ import time
 import traceback
 
 from armsim_ros.cli.environment import add_own_prefix
-from armsim_ros.launch.evaluation import Launch, LaunchWords
 from armsim_ros.launch.lookup import Lookup
+from armsim_ros.launch.main import Launch, LaunchWords
 from armsim_ros.packages import Packages, packages_below
 
 #: Tests of launch itself, and files that only a test driver can run.

@@ -27,8 +27,8 @@ from armsim_ros.launch.failures import (
     MissingPackageError,
     StoppedError,
 )
-from armsim_ros.launch.kept_files import KeptFiles
-from armsim_ros.launch.process_spec import ProcessSpec, RosNode
+from armsim_ros.launch.lookup import KeptFiles
+from armsim_ros.launch.process_spec import ProcessSpec
 from armsim_ros.launch.report import Report
 from armsim_ros.launch.runner import Runner
 
@@ -157,10 +157,6 @@ class Engine:
             raise StoppedError(f'{action.where}: more than {MOST_STARTS} processes were started; '
                                'an exit handler seems to start its own process again')
         self._batch.append((action, spec))
-
-    def load_component(self, node: RosNode, container: str) -> None:
-        """Log that a component is not loaded: its container is not started either."""
-        self._report.unknown(f'{node.package}/{node.executable} is not installed and not started')
 
     def tell_unknown(self, text: str) -> None:
         """Report an unknown name."""

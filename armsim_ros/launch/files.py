@@ -16,10 +16,10 @@ import yaml
 
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.launch.api.description import LaunchDescription
+from armsim_ros.launch.element import Element, is_ros1, translate
 from armsim_ros.launch.failures import InvalidLaunchFileError, LaunchError
-from armsim_ros.launch.frontend.element import Element, is_ros1, translate
-from armsim_ros.launch.frontend.parser import Parser
 from armsim_ros.launch.lookup import current_lookup
+from armsim_ros.launch.parser import Parser
 from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 
 XML_ENDINGS = ('.xml', '.launch', '.test')
@@ -78,11 +78,12 @@ def read_frontend_file(path: Path) -> LaunchDescription:
         text = path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidLaunchFileError(f'cannot be read: {error}', Location(str(path))) from None
-    root = _of_yaml(text, path) if path.suffix in ('.yaml', '.yml') else _of_xml(text, path)
+    is_yaml = path.suffix in YAML_ENDINGS
+    root = _of_yaml(text, path) if is_yaml else _of_xml(text, path)
     if root.type_name != 'launch':
         raise InvalidLaunchFileError(f'the root element is <{root.type_name}>; allowed: <launch>',
                                      root.where)
-    if path.suffix not in ('.yaml', '.yml') and is_ros1(root):
+    if not is_yaml and is_ros1(root):
         root = translate(root)
     return Parser().parse_description(root)
 

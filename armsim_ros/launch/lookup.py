@@ -9,11 +9,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
+import itertools
 import os
 from pathlib import Path
 import re
+import shutil
 import sys
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp, TemporaryDirectory
 
 from armsim_ros.cli.environment import add_own_prefix, AMENT_PREFIX_PATH
 from armsim_ros.errors import ResourceError
@@ -296,3 +298,36 @@ def looking_with(lookup: Lookup) -> Iterator[Lookup]:
 def make_lookup(path: Iterable[Path], near: Iterable[Path]) -> Lookup:
     """Return a lookup that starts from some folders and files."""
     return Lookup(Packages(path, near=near))
+
+
+class KeptFiles:
+    """A folder that is made when it is first needed."""
+
+    def __init__(self) -> None:
+        self._folder: Path | None = None
+        self._order = itertools.count()
+
+    def write(self, name: str, text: str) -> str:
+        """Write a text into a file of its own and return its path."""
+        path = self._kept() / f'{next(self._order)}_{name}'
+        path.write_text(text, encoding='utf-8')
+        return str(path)
+
+    def source_modules(self) -> str:
+        """Return a folder with links to the Python modules in the sources of all packages."""
+        folder = self._kept() / 'python'
+        if not folder.exists():
+            folder.mkdir()
+            for name, place in current_lookup().modules().items():
+                (folder / (place.name if place.is_file() else name)).symlink_to(place)
+        return str(folder)
+
+    def remove(self) -> None:
+        """Remove the files."""
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _kept(self) -> Path:
+        if self._folder is None:
+            self._folder = Path(mkdtemp(prefix='armsim_launch_'))
+        return self._folder

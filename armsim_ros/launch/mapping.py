@@ -104,7 +104,6 @@ class Mapping:
         self._keep_text = keep_text
         self._descriptions: dict[str, str] = {}
         self._simulated: set[str] = set()
-        self._world = ''
         self._tells_joints = False
         self._plays_later = False
         self._gripper = ''
@@ -140,9 +139,6 @@ class Mapping:
             return self._other(action, spec)
         if role is ProgramRole.SPAWN_ROBOT:
             return self._spawn(action, spec)
-        if role is ProgramRole.WORLD:
-            self._world = next((word for word in ' '.join(spec.command).split()
-                                if word.endswith(('.sdf', '.world'))), '')
         if role is ProgramRole.SIMULATION and self._place(spec.node) in self._simulated:
             return Start(action, spec, Kind.PART, note='the same simulation serves both')
         if role in _PARTS:

@@ -17,12 +17,11 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
-import re
 import sys
 from types import ModuleType
 from typing import Any
 
-from armsim_ros.launch.api.modules import Table, TABLES
+from armsim_ros.launch.api.modules import module_of, Table, TABLES
 from armsim_ros.launch.lookup import Lookup
 
 #: Ours while a file is evaluated here, also where real ones are installed: the real index finds no
@@ -163,6 +162,6 @@ def _content(name: str) -> dict[str, Any] | None:
         return modules[name]
     parent, _, last = name.rpartition('.')
     for title, found in modules.get(parent, {}).items():
-        if re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', title).lower() == last:
+        if module_of(title) == last:
             return {title: found}
     return {} if _children(name) else None

@@ -127,7 +127,7 @@ def _prefixes(without: Path | None) -> list[Path]:
 
 def _check(words: Sequence[str]) -> int:
     """Print the origin of each program of a launch file."""
-    from armsim_ros.launch.evaluation import Launch, parse_words
+    from armsim_ros.launch.main import Launch, parse_words
 
     if not words:
         raise UsageError(f'--check needs a launch file\n{USAGE}')

@@ -10,7 +10,7 @@ import re
 import sys
 from typing import Any
 
-from armsim_ros.launch.api.actions.configuration import DeclareLaunchArgument
+from armsim_ros.launch.api.configuration import DeclareLaunchArgument
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import (
     failure_of,

@@ -18,9 +18,9 @@ import sys
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.install_rules.view import installed_programs
 from armsim_ros.launch.api.process import ExecuteLocal
-from armsim_ros.launch.kept_files import KeptFiles
 from armsim_ros.launch.lookup import (
     current_lookup,
+    KeptFiles,
     looking_with,
     make_lookup,
     python_sources,

@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from armsim_ros.install_rules.xacro_run import XacroCommand
-from armsim_ros.launch.api.actions.configuration import DeclareLaunchArgument
-from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
+from armsim_ros.launch.api.configuration import DeclareLaunchArgument, IfCondition, UnlessCondition
 from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
-from armsim_ros.launch.api.description import LaunchDescription
-from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
+from armsim_ros.launch.api.description import (
+    AnyLaunchDescriptionSource,
+    IncludeLaunchDescription,
+    LaunchDescription,
+)
+from armsim_ros.launch.api.programs import PythonExpression, run_xacro
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.api.ros_parameters import ParameterValue
-from armsim_ros.launch.api.substitutions.programs import PythonExpression, run_xacro
-from armsim_ros.launch.api.substitutions.texts import LaunchConfiguration
+from armsim_ros.launch.api.substitutions import LaunchConfiguration
 from armsim_ros.launch.api.utilities import perform_text
 from armsim_ros.model.description.xml_tree import parse_xml
 

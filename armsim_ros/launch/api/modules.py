@@ -9,6 +9,7 @@ A function per distribution, called when a launch file imports from it; most nee
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+import re
 from typing import Any
 
 #: Module of upstream -> name in it -> object of this package.
@@ -20,79 +21,71 @@ def _named(*objects: Any, **renamed: Any) -> dict[str, Any]:
     return {**{each.__name__: each for each in objects}, **renamed}
 
 
+def module_of(name: str) -> str:
+    """Return the name of the module that upstream has for a class."""
+    return re.sub(r'(?<=[a-z0-9])(?=[A-Z])', '_', name).lower()
+
+
 def _launch() -> Table:
-    from armsim_ros.launch import failures
-    from armsim_ros.launch import files as launch_files
+    from armsim_ros.launch import element, failures, files, parser
     from armsim_ros.launch.api import (
-        conditions,
+        actions,
+        configuration,
         context,
         description,
         event_handlers,
         events,
-        include,
+        paths,
         process,
+        programs,
+        substitutions,
         utilities,
     )
-    from armsim_ros.launch.api.actions import (
-        configuration,
-        groups,
-        logs,
-    )
-    from armsim_ros.launch.api.actions import (
-        events as event_actions,
-    )
-    from armsim_ros.launch.api.substitutions import booleans, files, programs, texts
-    from armsim_ros.launch.frontend import element, parser
 
+    classes = _named(
+        description.LaunchDescription, context.LaunchContext, context.LaunchDescriptionEntity,
+        context.Action, context.Substitution, configuration.Condition, events.Event,
+        event_handlers.EventHandler, description.LaunchDescriptionSource,
+        description.LaunchService, description.LaunchIntrospector)
     return {
-        'launch': _named(
-            description.LaunchDescription, context.LaunchContext, context.LaunchDescriptionEntity,
-            context.Action, context.Substitution, conditions.Condition, events.Event,
-            event_handlers.EventHandler, include.LaunchDescriptionSource,
-            description.LaunchService, description.LaunchIntrospector,
-            SomeSubstitutionsType=context.SomeText),
-        'launch.launch_description': _named(description.LaunchDescription),
-        'launch.launch_context': _named(context.LaunchContext),
-        'launch.launch_description_entity': _named(context.LaunchDescriptionEntity),
-        'launch.launch_description_source': _named(include.LaunchDescriptionSource),
-        'launch.launch_service': _named(description.LaunchService),
-        'launch.launch_introspector': _named(description.LaunchIntrospector),
-        'launch.action': _named(context.Action),
-        'launch.condition': _named(conditions.Condition),
-        'launch.substitution': _named(context.Substitution),
-        'launch.event': _named(events.Event),
+        'launch': {**classes, 'SomeSubstitutionsType': context.SomeText},
+        **{f'launch.{module_of(name)}': {name: kind} for name, kind in classes.items()},
         'launch.event_handler': _named(
             event_handlers.EventHandler, event_handlers.BaseEventHandler),
         'launch.some_substitutions_type': _named(SomeSubstitutionsType=context.SomeText),
         'launch.some_entities_type': _named(SomeEntitiesType=context.LaunchDescriptionEntity),
         'launch.some_actions_type': _named(SomeActionsType=context.LaunchDescriptionEntity),
         'launch.actions': _named(
-            groups.GroupAction, groups.OpaqueFunction, groups.OpaqueCoroutine, logs.LogInfo,
-            logs.Log, logs.LogDebug, logs.LogWarning, logs.LogError, event_actions.TimerAction,
-            event_actions.RegisterEventHandler, event_actions.UnregisterEventHandler,
-            event_actions.EmitEvent, event_actions.Shutdown, groups.ForLoop, groups.ForEach,
+            actions.GroupAction, actions.OpaqueFunction, actions.OpaqueCoroutine, actions.LogInfo,
+            actions.Log, actions.LogDebug, actions.LogWarning, actions.LogError,
+            event_handlers.TimerAction, event_handlers.RegisterEventHandler,
+            event_handlers.UnregisterEventHandler, event_handlers.EmitEvent,
+            event_handlers.Shutdown, actions.ForLoop, actions.ForEach,
             configuration.DeclareLaunchArgument, configuration.SetLaunchConfiguration,
             configuration.UnsetLaunchConfiguration, configuration.ResetLaunchConfigurations,
             configuration.PushLaunchConfigurations, configuration.PopLaunchConfigurations,
             configuration.PushEnvironment, configuration.PopEnvironment,
             configuration.ResetEnvironment, configuration.SetEnvironmentVariable,
             configuration.UnsetEnvironmentVariable, configuration.AppendEnvironmentVariable,
-            process.ExecuteLocal, process.ExecuteProcess, include.IncludeLaunchDescription,
-            ShutdownAction=event_actions.Shutdown),
+            process.ExecuteLocal, process.ExecuteProcess, description.IncludeLaunchDescription,
+            ShutdownAction=event_handlers.Shutdown),
         'launch.conditions': _named(
-            conditions.IfCondition, conditions.UnlessCondition,
-            conditions.LaunchConfigurationEquals, conditions.LaunchConfigurationNotEquals,
-            conditions.evaluate_condition_expression, conditions.InvalidConditionExpressionError),
+            configuration.IfCondition, configuration.UnlessCondition,
+            configuration.LaunchConfigurationEquals, configuration.LaunchConfigurationNotEquals,
+            configuration.evaluate_condition_expression,
+            configuration.InvalidConditionExpressionError),
         'launch.substitutions': _named(
-            texts.LaunchConfiguration, texts.EnvironmentVariable, texts.StringJoinSubstitution,
-            texts.AnonName, texts.LocalSubstitution, texts.ForLoopIndex, texts.ForEachVar,
-            texts.IfElseSubstitution, files.PathJoinSubstitution, files.PathSubstitution,
-            files.ThisLaunchFile, files.ThisLaunchFileDir, files.LaunchLogDir, files.FileContent,
+            substitutions.LaunchConfiguration, substitutions.EnvironmentVariable,
+            substitutions.StringJoinSubstitution, substitutions.AnonName,
+            substitutions.LocalSubstitution, substitutions.ForLoopIndex, substitutions.ForEachVar,
+            substitutions.IfElseSubstitution, paths.PathJoinSubstitution, paths.PathSubstitution,
+            paths.ThisLaunchFile, paths.ThisLaunchFileDir, paths.LaunchLogDir, paths.FileContent,
             programs.FindExecutable, programs.Command, programs.PythonExpression,
-            utilities.TextSubstitution, booleans.AndSubstitution, booleans.OrSubstitution,
-            booleans.NotSubstitution, booleans.AllSubstitution, booleans.AnySubstitution,
-            booleans.EqualsSubstitution, booleans.NotEqualsSubstitution,
-            failures.SubstitutionFailure, LaunchLogDirectory=files.LaunchLogDir),
+            utilities.TextSubstitution, substitutions.AndSubstitution,
+            substitutions.OrSubstitution, substitutions.NotSubstitution,
+            substitutions.AllSubstitution, substitutions.AnySubstitution,
+            substitutions.EqualsSubstitution, substitutions.NotEqualsSubstitution,
+            failures.SubstitutionFailure, LaunchLogDirectory=paths.LaunchLogDir),
         'launch.event_handlers': _named(
             event_handlers.OnProcessStart, event_handlers.OnProcessExit,
             event_handlers.OnProcessIO, event_handlers.OnExecutionComplete,
@@ -106,16 +99,14 @@ def _launch() -> Table:
             events.SignalProcess, events.ProcessTargetedEvent, events.matches_executable,
             events.matches_name, events.matches_pid),
         'launch.launch_description_sources': _named(
-            include.PythonLaunchDescriptionSource, include.AnyLaunchDescriptionSource,
-            include.FrontendLaunchDescriptionSource, include.XMLLaunchDescriptionSource,
-            include.YAMLLaunchDescriptionSource, include.load_python_launch_file_as_module,
-            include.get_launch_description_from_python_launch_file,
+            description.PythonLaunchDescriptionSource, description.AnyLaunchDescriptionSource,
+            description.FrontendLaunchDescriptionSource, description.XMLLaunchDescriptionSource,
+            description.YAMLLaunchDescriptionSource, description.load_python_launch_file_as_module,
+            description.get_launch_description_from_python_launch_file,
             failures.InvalidLaunchFileError),
         'launch.frontend': _named(
-            launch_files.expose_action, launch_files.expose_substitution, parser.Parser,
-            Entity=element.Element),
-        'launch.frontend.expose': _named(
-            launch_files.expose_action, launch_files.expose_substitution),
+            files.expose_action, files.expose_substitution, parser.Parser, Entity=element.Element),
+        'launch.frontend.expose': _named(files.expose_action, files.expose_substitution),
         'launch.utilities': _named(
             utilities.perform_substitutions, utilities.normalize_to_list_of_substitutions,
             utilities.normalize_to_list_of_entities, utilities.ensure_argument_type,
@@ -124,27 +115,22 @@ def _launch() -> Table:
             utilities.is_a, perform_typed_substitution=utilities.coerce),
         'launch.substitutions.substitution_failure': _named(failures.SubstitutionFailure),
         'launch.logging': _named(
-            logs.get_logger, logs.launch_config,
-            logs.get_output_loggers),
+            actions.get_logger, actions.launch_config, actions.get_output_loggers),
         'launch.descriptions': _named(process.Executable),
         'launch.descriptions.executable': _named(process.Executable),
     }
 
 
 def _launch_xml() -> Table:
-    from armsim_ros.launch.api import include
+    from armsim_ros.launch.api.description import XMLLaunchDescriptionSource
 
-    return {
-        'launch_xml.launch_description_sources': _named(include.XMLLaunchDescriptionSource),
-    }
+    return {'launch_xml.launch_description_sources': _named(XMLLaunchDescriptionSource)}
 
 
 def _launch_yaml() -> Table:
-    from armsim_ros.launch.api import include
+    from armsim_ros.launch.api.description import YAMLLaunchDescriptionSource
 
-    return {
-        'launch_yaml.launch_description_sources': _named(include.YAMLLaunchDescriptionSource),
-    }
+    return {'launch_yaml.launch_description_sources': _named(YAMLLaunchDescriptionSource)}
 
 
 def _launch_ros() -> Table:
@@ -152,31 +138,29 @@ def _launch_ros() -> Table:
         context,
         event_handlers,
         events,
-        ros_components,
+        paths,
         ros_node,
         ros_parameters,
     )
-    from armsim_ros.launch.api.actions import events as event_actions
-    from armsim_ros.launch.api.substitutions import packages
 
     return {
         'launch_ros': _named(ros_node.RosExecutable),
         'launch_ros.actions': _named(
             ros_node.Node, ros_node.LifecycleNode, ros_node.PushRosNamespace,
             ros_node.SetParameter, ros_node.SetParametersFromFile, ros_node.SetUseSimTime,
-            ros_node.SetRemap, ros_node.SetROSLogDir, ros_components.ComposableNodeContainer,
-            ros_components.LoadComposableNodes, event_actions.RosTimer,
-            event_actions.LifecycleTransition,
-            PushROSNamespace=ros_node.PushRosNamespace, ROSTimer=event_actions.RosTimer),
+            ros_node.SetRemap, ros_node.SetROSLogDir, ros_node.ComposableNodeContainer,
+            ros_node.LoadComposableNodes, event_handlers.RosTimer,
+            event_handlers.LifecycleTransition, PushROSNamespace=ros_node.PushRosNamespace,
+            ROSTimer=event_handlers.RosTimer),
         'launch_ros.descriptions': _named(
-            ros_components.ComposableNode, ros_components.ComposableLifecycleNode,
-            ros_parameters.Parameter, ros_parameters.ParameterValue, ros_parameters.ParameterFile),
+            ros_node.ComposableNode, ros_node.ComposableLifecycleNode, ros_parameters.Parameter,
+            ros_parameters.ParameterValue, ros_parameters.ParameterFile),
         'launch_ros.parameter_descriptions': _named(
             ros_parameters.Parameter, ros_parameters.ParameterValue, ros_parameters.ParameterFile,
             ros_parameters.ParameterDescription),
         'launch_ros.substitutions': _named(
-            packages.FindPackage, packages.FindPackageShare, packages.FindPackagePrefix,
-            packages.ExecutableInPackage, packages.Parameter),
+            paths.FindPackage, paths.FindPackageShare, paths.FindPackagePrefix,
+            paths.ExecutableInPackage, paths.Parameter),
         'launch_ros.event_handlers': _named(event_handlers.OnStateTransition),
         'launch_ros.events.lifecycle': _named(
             events.ChangeState, events.StateTransition, events.matches_node_name),
@@ -188,36 +172,33 @@ def _launch_ros() -> Table:
 
 
 def _ament_index_python() -> Table:
-    from armsim_ros.launch.api.substitutions import packages
+    from armsim_ros.launch.api import paths
     from armsim_ros.launch.failures import MissingPackageError
 
+    packages = _named(
+        paths.get_package_share_directory, paths.get_package_share_path, paths.get_package_prefix,
+        paths.get_packages_with_prefixes, PackageNotFoundError=MissingPackageError)
+    resources = _named(paths.has_resource, paths.get_resource, paths.get_resources)
+    search_paths = _named(paths.get_search_paths)
     return {
-        'ament_index_python': _named(
-            packages.get_package_share_directory, packages.get_package_share_path,
-            packages.get_package_prefix, packages.get_packages_with_prefixes,
-            packages.get_search_paths, packages.has_resource, packages.get_resource,
-            packages.get_resources, PackageNotFoundError=MissingPackageError),
-        'ament_index_python.packages': _named(
-            packages.get_package_share_directory, packages.get_package_share_path,
-            packages.get_package_prefix, packages.get_packages_with_prefixes,
-            PackageNotFoundError=MissingPackageError),
-        'ament_index_python.resources': _named(
-            packages.has_resource, packages.get_resource, packages.get_resources),
-        'ament_index_python.search_paths': _named(packages.get_search_paths),
+        'ament_index_python': {**packages, **resources, **search_paths},
+        'ament_index_python.packages': packages,
+        'ament_index_python.resources': resources,
+        'ament_index_python.search_paths': search_paths,
     }
 
 
 def _launch_param_builder() -> Table:
-    from armsim_ros.launch.api import param_builder
+    from armsim_ros.launch.api import moveit_configs
 
     return {
         'launch_param_builder': _named(
-            param_builder.ParameterBuilder, param_builder.load_yaml, param_builder.load_xacro,
-            param_builder.load_file, param_builder.get_path),
-        'launch_param_builder.parameter_builder': _named(param_builder.ParameterBuilder),
+            moveit_configs.ParameterBuilder, moveit_configs.load_yaml, moveit_configs.load_xacro,
+            moveit_configs.load_file, moveit_configs.get_path),
+        'launch_param_builder.parameter_builder': _named(moveit_configs.ParameterBuilder),
         'launch_param_builder.utils': _named(
-            param_builder.load_yaml, param_builder.load_xacro, param_builder.load_file,
-            param_builder.ParameterBuilderFileNotFoundError),
+            moveit_configs.load_yaml, moveit_configs.load_xacro, moveit_configs.load_file,
+            moveit_configs.ParameterBuilderFileNotFoundError),
     }
 
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 import shlex
 from typing import Any
 
-from armsim_ros.launch.api.actions.events import Shutdown
 from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
+from armsim_ros.launch.api.event_handlers import Shutdown
 from armsim_ros.launch.api.utilities import (
     normalize_to_list_of_entities,
     normalize_to_list_of_substitutions,

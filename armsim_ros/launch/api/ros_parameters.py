@@ -74,7 +74,7 @@ class ParameterFile(Placed):
             perform_text(context, self.allow_substs), 'allow_substs')
         if not allow or not Path(path).is_file():
             return path
-        from armsim_ros.launch.frontend.substitution_text import parse_substitution
+        from armsim_ros.launch.substitution_text import parse_substitution
 
         text = Path(path).read_text(encoding='utf-8')
         try:

@@ -9,20 +9,33 @@ import shlex
 from typing import Any, ClassVar
 
 from armsim_ros.errors import nearest
-from armsim_ros.launch.api import ros_components, ros_node
-from armsim_ros.launch.api.actions import configuration, events, groups, logs
-from armsim_ros.launch.api.conditions import IfCondition, UnlessCondition
+from armsim_ros.launch.api import actions, configuration, event_handlers, ros_node
+from armsim_ros.launch.api.configuration import IfCondition, UnlessCondition
 from armsim_ros.launch.api.context import LaunchDescriptionEntity, Substitution
-from armsim_ros.launch.api.description import LaunchDescription
-from armsim_ros.launch.api.include import AnyLaunchDescriptionSource, IncludeLaunchDescription
+from armsim_ros.launch.api.description import (
+    AnyLaunchDescriptionSource,
+    IncludeLaunchDescription,
+    LaunchDescription,
+)
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import ParameterFile, ParameterValue
 from armsim_ros.launch.api.utilities import coerce
+from armsim_ros.launch.element import Element
 from armsim_ros.launch.failures import LaunchError
-from armsim_ros.launch.frontend.element import Element
-from armsim_ros.launch.frontend.substitution_text import parse_substitution
+from armsim_ros.launch.substitution_text import parse_substitution
 
 Entity = LaunchDescriptionEntity
+#: Element -> its action, and the attribute of each argument, with other names that it may have.
+_OF_TEXTS: dict[str, tuple[Any, ...]] = {
+    'let': (configuration.SetLaunchConfiguration, 'name', 'value'),
+    'unset': (configuration.UnsetLaunchConfiguration, 'name'),
+    'set_env': (configuration.SetEnvironmentVariable, 'name', 'value'),
+    'unset_env': (configuration.UnsetEnvironmentVariable, 'name'),
+    'push_ros_namespace': (ros_node.PushRosNamespace, 'namespace ns'),
+    'set_parameters_from_file': (ros_node.SetParametersFromFile, 'filename'),
+    'set_remap': (ros_node.SetRemap, 'from', 'to'),
+    'set_ros_log_dir': (ros_node.SetROSLogDir, 'new_log_dir'),
+}
 
 
 class Parser:
@@ -79,13 +92,18 @@ class Parser:
                 kind, kwargs = parse(element, self)
                 made: Entity = kind(**kwargs)
                 return made
+            if name in _OF_TEXTS:
+                action, *attributes = _OF_TEXTS[name]
+                made = action(*(self._text(element, *names.split()) for names in attributes),
+                              condition=self.condition_of(element))
+                return made
             make: Callable[[Element], Entity] | None = getattr(self, f'_make_{name}', None)
             if make is not None:
                 return make(element)
         except LaunchError as failure:
             raise failure.at(element.where) from None
-        known = [method.removeprefix('_make_') for method in dir(self)
-                 if method.startswith('_make_')]
+        known = sorted([*_OF_TEXTS, *(method.removeprefix('_make_') for method in dir(self)
+                                      if method.startswith('_make_'))])
         hint = nearest(name, known) or f"known: {', '.join(known)}"
         raise LaunchError(f'<{element.type_name}> is not an element of a launch file; {hint}',
                             element.where)
@@ -116,24 +134,6 @@ class Parser:
         made: Entity = kind(**kwargs)
         return made
 
-    def _make_let(self, element: Element) -> Entity:
-        return configuration.SetLaunchConfiguration(
-            self._text(element, 'name'), self._text(element, 'value'),
-            condition=self.condition_of(element))
-
-    def _make_unset(self, element: Element) -> Entity:
-        return configuration.UnsetLaunchConfiguration(
-            self._text(element, 'name'), condition=self.condition_of(element))
-
-    def _make_set_env(self, element: Element) -> Entity:
-        return configuration.SetEnvironmentVariable(
-            self._text(element, 'name'), self._text(element, 'value'),
-            condition=self.condition_of(element))
-
-    def _make_unset_env(self, element: Element) -> Entity:
-        return configuration.UnsetEnvironmentVariable(
-            self._text(element, 'name'), condition=self.condition_of(element))
-
     def _make_append_env(self, element: Element) -> Entity:
         return configuration.AppendEnvironmentVariable(
             self._text(element, 'name'), self._text(element, 'value'),
@@ -145,7 +145,7 @@ class Parser:
     def _make_group(self, element: Element) -> Entity:
         kept = element.all('keep')
         inside = [child for child in element.children if child.type_name != 'keep']
-        return groups.GroupAction(
+        return actions.GroupAction(
             self._all(inside), scoped=_truth(element, 'scoped', True),
             forwarding=_truth(element, 'forwarding', True),
             launch_configurations={child.get_attr('name'): self._text(child, 'value')
@@ -162,32 +162,32 @@ class Parser:
         if namespace is None:
             return included
         included.where = element.where
-        return groups.GroupAction(
+        return actions.GroupAction(
             [ros_node.PushRosNamespace(self.parse_substitution(namespace)), included])
 
     def _make_timer(self, element: Element) -> Entity:
-        return events.TimerAction(
+        return event_handlers.TimerAction(
             period=self._text(element, 'period'), actions=self._all(element.children),
             condition=self.condition_of(element))
 
     def _make_for(self, element: Element) -> Entity:
         if 'len' in element.attributes:
-            return groups.ForLoop(
+            return actions.ForLoop(
                 self._text(element, 'len'), name=element.get_attr('name'),
                 entities=self._all(element.children), condition=self.condition_of(element))
-        return groups.ForEach(
+        return actions.ForEach(
             self._text(element, 'values'), entities=self._all(element.children),
             condition=self.condition_of(element))
 
     _make_for_each = _make_for
 
     def _make_log(self, element: Element) -> Entity:
-        return logs.LogInfo(msg=self._text(element, 'message'),
+        return actions.LogInfo(msg=self._text(element, 'message'),
                                level=element.text('level') or 'info',
                                condition=self.condition_of(element))
 
     def _make_shutdown(self, element: Element) -> Entity:
-        return events.Shutdown(reason=self._optional(element, 'reason') or '',
+        return event_handlers.Shutdown(reason=self._optional(element, 'reason') or '',
                                 condition=self.condition_of(element))
 
     # Processes ----------------------------------------------------------------------------------
@@ -205,17 +205,17 @@ class Parser:
         return ros_node.LifecycleNode(**kwargs)
 
     def _make_node_container(self, element: Element) -> Entity:
-        return ros_components.ComposableNodeContainer(
+        return ros_node.ComposableNodeContainer(
             composable_node_descriptions=self._components(element), **self._node(element))
 
     def _make_load_composable_node(self, element: Element) -> Entity:
-        return ros_components.LoadComposableNodes(
+        return ros_node.LoadComposableNodes(
             target_container=self._text(element, 'target'),
             composable_node_descriptions=self._components(element),
             condition=self.condition_of(element))
 
     def _components(self, element: Element) -> list[Any]:
-        return [ros_components.ComposableNode(
+        return [ros_node.ComposableNode(
             package=self._text(node, 'pkg'), plugin=self._text(node, 'plugin'),
             name=self._optional(node, 'name'), namespace=self._optional(node, 'namespace'),
             parameters=self._parameters(node), remappings=self._remappings(node),
@@ -234,7 +234,7 @@ class Parser:
         if 'shell' in element.attributes:
             given['shell'] = _truth(element, 'shell', False)
         if element.text('on_exit') == 'shutdown' or element.text('required') == 'true':
-            given['on_exit'] = [events.Shutdown()]
+            given['on_exit'] = [event_handlers.Shutdown()]
         variables = {child.get_attr('name'): self._text(child, 'value')
                      for child in element.all('env')}
         if variables:
@@ -305,28 +305,12 @@ class Parser:
 
     # What groups give to nodes ------------------------------------------------------------------
 
-    def _make_push_ros_namespace(self, element: Element) -> Entity:
-        return ros_node.PushRosNamespace(self._text(element, 'namespace', 'ns'),
-                                         condition=self.condition_of(element))
-
     def _make_set_parameter(self, element: Element) -> Entity:
         return ros_node.SetParameter(element.get_attr('name'), self._value(element),
                                      condition=self.condition_of(element))
 
-    def _make_set_parameters_from_file(self, element: Element) -> Entity:
-        return ros_node.SetParametersFromFile(self._text(element, 'filename'),
-                                              condition=self.condition_of(element))
-
     def _make_set_use_sim_time(self, element: Element) -> Entity:
         return ros_node.SetUseSimTime(self._value(element), condition=self.condition_of(element))
-
-    def _make_set_remap(self, element: Element) -> Entity:
-        return ros_node.SetRemap(self._text(element, 'from'), self._text(element, 'to'),
-                                 condition=self.condition_of(element))
-
-    def _make_set_ros_log_dir(self, element: Element) -> Entity:
-        return ros_node.SetROSLogDir(self._text(element, 'new_log_dir'),
-                                     condition=self.condition_of(element))
 
 
 def _truth(element: Element, name: str, default: bool) -> bool:

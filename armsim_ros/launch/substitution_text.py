@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from armsim_ros.errors import nearest
+from armsim_ros.launch.api import paths, programs, substitutions
 from armsim_ros.launch.api.context import Substitution
-from armsim_ros.launch.api.substitutions import booleans, files, packages, programs, texts
 from armsim_ros.launch.api.utilities import TextSubstitution
 from armsim_ros.launch.failures import LaunchError
 
@@ -17,16 +17,16 @@ Argument = list[Substitution]
 
 
 def _env(words: Sequence[Argument]) -> Substitution:
-    return texts.EnvironmentVariable(
+    return substitutions.EnvironmentVariable(
         words[0], default_value=_joined(words[1:]) if len(words) > 1 else None)
 
 
 def _optional_env(words: Sequence[Argument]) -> Substitution:
-    return texts.EnvironmentVariable(words[0], default_value=_joined(words[1:]))
+    return substitutions.EnvironmentVariable(words[0], default_value=_joined(words[1:]))
 
 
 def _var(words: Sequence[Argument]) -> Substitution:
-    return texts.LaunchConfiguration(
+    return substitutions.LaunchConfiguration(
         words[0], default=_joined(words[1:]) if len(words) > 1 else None)
 
 
@@ -43,34 +43,34 @@ KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'arg': _var,
     'env': _env,
     'optenv': _optional_env,
-    'find-pkg-share': lambda words: packages.FindPackageShare(words[0]),
-    'find': lambda words: packages.FindPackageShare(words[0]),
-    'find-pkg-prefix': lambda words: packages.FindPackagePrefix(words[0]),
-    'find-pkg': lambda words: packages.FindPackagePrefix(words[0]),
+    'find-pkg-share': lambda words: paths.FindPackageShare(words[0]),
+    'find': lambda words: paths.FindPackageShare(words[0]),
+    'find-pkg-prefix': lambda words: paths.FindPackagePrefix(words[0]),
+    'find-pkg': lambda words: paths.FindPackagePrefix(words[0]),
     'find-exec': lambda words: programs.FindExecutable(name=words[0]),
-    'exec-in-pkg': lambda words: packages.ExecutableInPackage(words[0], words[1]),
-    'dirname': lambda words: files.ThisLaunchFileDir(),
-    'filename': lambda words: files.ThisLaunchFile(),
-    'log-dir': lambda words: files.LaunchLogDir(),
-    'launch_log_dir': lambda words: files.LaunchLogDir(),
+    'exec-in-pkg': lambda words: paths.ExecutableInPackage(words[0], words[1]),
+    'dirname': lambda words: paths.ThisLaunchFileDir(),
+    'filename': lambda words: paths.ThisLaunchFile(),
+    'log-dir': lambda words: paths.LaunchLogDir(),
+    'launch_log_dir': lambda words: paths.LaunchLogDir(),
     'eval': lambda words: programs.PythonExpression(_joined(words)),
     'command': _command,
-    'anon': lambda words: texts.AnonName(words[0]),
-    'not': lambda words: booleans.NotSubstitution(words[0]),
-    'and': lambda words: booleans.AndSubstitution(*words),
-    'or': lambda words: booleans.OrSubstitution(*words),
-    'any': lambda words: booleans.AnySubstitution(*words),
-    'all': lambda words: booleans.AllSubstitution(*words),
-    'equals': lambda words: booleans.EqualsSubstitution(words[0], words[1]),
-    'not-equals': lambda words: booleans.NotEqualsSubstitution(words[0], words[1]),
-    'file-content': lambda words: files.FileContent(words[0]),
-    'if': lambda words: texts.IfElseSubstitution(
+    'anon': lambda words: substitutions.AnonName(words[0]),
+    'not': lambda words: substitutions.NotSubstitution(words[0]),
+    'and': lambda words: substitutions.AndSubstitution(*words),
+    'or': lambda words: substitutions.OrSubstitution(*words),
+    'any': lambda words: substitutions.AnySubstitution(*words),
+    'all': lambda words: substitutions.AllSubstitution(*words),
+    'equals': lambda words: substitutions.EqualsSubstitution(words[0], words[1]),
+    'not-equals': lambda words: substitutions.NotEqualsSubstitution(words[0], words[1]),
+    'file-content': lambda words: paths.FileContent(words[0]),
+    'if': lambda words: substitutions.IfElseSubstitution(
         words[0], words[1], words[2] if len(words) > 2 else ''),
-    'for-var': lambda words: texts.ForEachVar(
+    'for-var': lambda words: substitutions.ForEachVar(
         _plain(words[0]), words[1] if len(words) > 1 else None),
-    'index': lambda words: texts.ForLoopIndex(_plain(words[0])),
-    'param': lambda words: packages.Parameter(words[0]),
-    'local': lambda words: texts.LocalSubstitution(_plain(words[0])),
+    'index': lambda words: substitutions.ForLoopIndex(_plain(words[0])),
+    'param': lambda words: paths.Parameter(words[0]),
+    'local': lambda words: substitutions.LocalSubstitution(_plain(words[0])),
 }
 
 
@@ -95,8 +95,7 @@ def _sequence(text: str, start: int, more: dict[str, Any], ends: str
     position = start
     while position < len(text):
         sign = text[position]
-        if sign == '\\' and text[position + 1:position + 2] in ('$', '\\') and text[
-                position + 1:position + 2]:
+        if sign == '\\' and text[position + 1:position + 2] in {'$', '\\'}:
             letters.append(text[position + 1])
             position += 2
             continue
