@@ -175,12 +175,15 @@ class QuinticMotion:
 
     def slowed(self, factor: float) -> QuinticMotion:
         """Return the same motion with all times multiplied by a factor >= 1."""
-        return QuinticMotion(
+        motion = QuinticMotion(
             self.times * factor,
             self.positions,
             self.velocities / factor,
             self.accelerations / factor**2,
         )
+        # Over the share of the time between two points it is the same polynomial.
+        vars(motion)['_coefficients'] = self._coefficients
+        return motion
 
     def part(self, begin: int, end: int | None = None) -> QuinticMotion:
         """Return some of the points, at their times."""

@@ -86,17 +86,21 @@ class DisplacementBounds:
             return 0.0
         return float((weights @ np.abs(q2 - q1)).max())
 
-    def weights_near(self, states: Matrix, reach: Matrix) -> Matrix:
+    def frames(self, states: Matrix) -> tuple[Matrix, Matrix]:
+        """Return the frames of all joints in states (k, n), see ``JointFrames.poses``."""
+        return self._frames.poses(states)
+
+    def weights_near(self, frames: tuple[Matrix, Matrix], reach: Matrix) -> Matrix:
         """
         Return the weights (k, joints, n) of all joints near some states, mostly half of all.
 
         How far a point is from a joint's axis depends on the joints between the two: it is
         measured in each state, and cannot grow by more than these joints move the point.
 
-        :param states: (k, n) robot states.
+        :param frames: what :meth:`frames` returns for the states.
         :param reach: (k, n) motion of every joint to either side [rad or m] for which it holds.
         """
-        rotations, origins = self._frames.poses(states)
+        rotations, origins = frames
         centres = origins + (rotations @ self._centres[..., None])[..., 0]
         axes = (rotations[:, 1:] @ self._frames.axes[..., None])[..., 0]
         ways = centres[:, :, None] - origins[:, None, 1:]

@@ -202,6 +202,12 @@ class KinematicModel:
         found = self._slices.get(group)
         return self.group_indices(group) if found is None else found
 
+    def places(self, group: str) -> slice | Indices | None:
+        """Return the places in q of a group's variables, None where mimic joints follow them."""
+        indices = self.group_indices(group)
+        followed = any(master in indices for _, master, _, _ in self._mimics)
+        return None if followed else self._slots(group)
+
     def extract(self, q: Vector, group: str) -> Vector:
         """Return the group's active variables (m,) of q."""
         return q[self.group_indices(group)]

@@ -60,7 +60,7 @@ def test_no_link_moves_farther_against_another_than_bounded(kinematics, states):
     rng = np.random.default_rng(2)
     bounds = DisplacementBounds(kinematics, {kinematics.model.njoints - 1: LOAD})
     reach = rng.uniform(0.0, 0.2, states.shape)
-    weights = bounds.weights_near(states, reach)
+    weights = bounds.weights_near(bounds.frames(states), reach)
     near, anywhere = bounds.relative_displacement(reach, weights), (
         bounds.relative_displacement(reach))
     assert np.all(near <= anywhere + 1e-12)

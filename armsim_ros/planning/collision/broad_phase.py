@@ -21,6 +21,8 @@ CollisionTest = Callable[[Vector], bool]
 
 #: Visits of pairs by managers that cost as much as a comparison of two boxes on the same joint.
 PAIRS_OF_A_JOINT = 10
+#: Half the size [m] of the box around a plane, which has no end.
+_ENDLESS = 1e6
 _NOT_CONVEX = (coal.BVHModelBase, coal.OcTree, coal.Plane)
 
 
@@ -63,6 +65,10 @@ class BroadPhase:
         #: (pairs,) sums of the radii of the spheres around two shapes [m].
         self._radii = np.zeros(0)
         self._pair_table = np.zeros((0, 2), dtype=np.intp)
+        #: Boxes around the shapes along their joints' axes: centres and half sizes (g, 3).
+        self._boxes: tuple[Matrix, Matrix] | None = None
+        #: Requests of pairs; to read them is faster than to find them again.
+        self._requests: dict[int, Any] = {}
         #: Numbers of a mesh and a plane -> their distance.
         self._planes: dict[tuple[int, ...], PlaneDistance] = {}
 
@@ -108,7 +114,7 @@ class BroadPhase:
         """Move a shape to another pose (4, 4) on its joint."""
         joint, _, shape = self._shapes[number]
         self._shapes[number] = joint, pose, shape
-        self._spheres = None
+        self._spheres = self._boxes = None
         if self._manager is not None:
             self._geometry.geometryObjects[number].placement = pin.SE3(pose)
 
@@ -173,6 +179,74 @@ class BroadPhase:
 
         return confirmed
 
+    @property
+    def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The numbers of the first and of the second shape of all pairs (pairs,)."""
+        first, second = self._pair_table.T
+        return first, second
+
+    def boxes_near(self, rotations: Matrix, origins: Matrix, margins: Matrix) -> Mask:
+        """
+        Return which pairs (k, pairs) boxes around the shapes do not show to be apart.
+
+        :param rotations: (k, joints, 3, 3) of the joints in k states.
+        :param origins: (k, joints, 3) of the joints [m].
+        :param margins: (k, pairs) [m] distance that counts as near.
+        """
+        if self._boxes is None:
+            self._boxes = self._bound_by_boxes()
+        middles, halves = self._boxes
+        turned = rotations[:, self._joints]
+        # Last the states, so that the shapes of all pairs are taken row by row.
+        centres = np.einsum('kgab,gb->agk', turned, middles, order='C')
+        centres += origins[:, self._joints].T
+        reaches = np.einsum('kgab,gb->agk', np.abs(turned), halves, order='C')
+        first, second = self._pair_table.T
+        gaps = centres.take(first, axis=1)
+        gaps -= centres.take(second, axis=1)
+        np.abs(gaps, out=gaps)
+        gaps -= reaches.take(first, axis=1)
+        gaps -= reaches.take(second, axis=1)
+        near: Mask = (margins >= gaps.max(axis=0).T) & (
+            self._looked_at & (self._joints[first] != self._joints[second]))
+        return near
+
+    def touching(
+        self, states: Matrix, asked: Mask, margins: Matrix, poll: Callable[[], None], few: int,
+    ) -> Mask:
+        """
+        Return which of some pairs (k, pairs) touch, each by itself.
+
+        :param states: (k, n) robot states.
+        :param asked: (k, pairs) the pairs to check.
+        :param margins: (k, pairs) [m] distance that counts as contact.
+        :param poll: called once for so many states.
+        """
+        place, touches = pin.updateGeometryPlacements, pin.computeCollision
+        geometry, data, requests = self._geometry, self._geometry_data, self._requests
+        of_state = self._model, self._data, geometry, data
+        # What is set here has to be set again for all pairs.
+        self._margins = np.zeros((0, 0))
+        found = np.zeros_like(asked)
+        rows, pairs = asked.nonzero()
+        placed, hits = -1, []
+        for number, (k, pair, within) in enumerate(zip(
+            rows.tolist(), pairs.tolist(), margins[rows, pairs].tolist(), strict=True
+        )):
+            if k != placed:
+                if placed < 0 or k // few != placed // few:
+                    poll()
+                place(*of_state, states[k])
+                placed = k
+            request = requests.get(pair)
+            if request is None:
+                request = requests[pair] = data.collisionRequests[pair]
+            request.security_margin = within
+            if touches(geometry, data, pair):
+                hits.append(number)
+        found[rows[hits], pairs[hits]] = True
+        return found
+
     def numbers(self, pair: int) -> tuple[int, int]:
         """Return the numbers of a pair's shapes."""
         found = self._geometry.collisionPairs[pair]
@@ -230,6 +304,16 @@ class BroadPhase:
         self._radii = radii[self._pair_table].sum(axis=1)
         joints, places = np.unique(self._joints, return_inverse=True)
         return [int(joint) for joint in joints], places, centres
+
+    def _bound_by_boxes(self) -> tuple[Matrix, Matrix]:
+        """Put a box around each of g shapes; see :attr:`_boxes`."""
+        boxes = [shape.aabb_local for _, _, shape in self._shapes]
+        low, high = np.clip([[box.min_ for box in boxes], [box.max_ for box in boxes]],
+                            -_ENDLESS, _ENDLESS)
+        poses = np.array([pose for _, pose, _ in self._shapes])
+        rotations = poses[:, :3, :3]
+        centres = np.einsum('gab,gb->ga', rotations, 0.5 * (low + high)) + poses[:, :3, 3]
+        return centres, np.einsum('gab,gb->ga', np.abs(rotations), 0.5 * (high - low))
 
     def pose(self, number: int) -> Matrix:
         """Return a shape's pose (4, 4) in the model frame at the last query."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -15,6 +15,7 @@ from armsim_ros.planning.budget import nothing, Poll
 from armsim_ros.planning.collision.bodies import BodyKey, points_beside_links
 from armsim_ros.planning.collision.broad_phase import CollisionTest
 from armsim_ros.planning.collision.contacts import BodyType, Contact, PairDistance
+from armsim_ros.planning.collision.near_pairs import Exactly, NearPairs
 from armsim_ros.planning.collision.scene_tables import SceneTables
 from armsim_ros.planning.collision.tables import CollisionTables
 from armsim_ros.planning.scene.content import SceneContent
@@ -22,18 +23,6 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 #: Which of two touching bodies is named first.
 _ORDER = {BodyType.ROBOT_LINK: 0, BodyType.ROBOT_ATTACHED: 1, BodyType.WORLD_OBJECT: 2}
-
-
-class Exactly(Enum):
-    """
-    When shapes themselves are checked, which takes many times as long as their hulls.
-
-    Hulls that are near are as good as the shapes, unless they touch where the shapes do not.
-    """
-
-    NEVER = 'never'
-    WHERE_HULLS_TOUCH = 'where hulls touch'
-    ALWAYS = 'always'
 
 
 class CollisionChecker:
@@ -110,54 +99,40 @@ class CollisionChecker:
             return tests[0]
         return lambda q: any(test(q) for test in tests)
 
-    def may_collide(
-        self, states: Matrix, reach: Matrix, group: str | None = None,
+    def near_pairs(
+        self, states: Matrix, reach: Matrix | None, group: str | None = None,
         exact: Exactly = Exactly.ALWAYS, clearance: float = 0.0, poll: Poll = nothing,
-        weights: Matrix | None = None,
-    ) -> Mask:
+        before: NearPairs | None = None,
+    ) -> NearPairs:
         """
-        Return in which states anything may be within reach of something.
+        Return what may be within reach of what.
 
-        False is proof: from that state no joint can move by its reach and touch anything.
+        A motion without such pairs is proved: from its state no joint can move by its reach and
+        anything touch.
 
         :param states: (k, n) robot states.
-        :param reach: (k, n) motion of every joint to either side [rad or m].
+        :param reach: (k, n) motion of every joint to either side [rad or m]; None for none.
         :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
-        :param weights: (k, joints, n) of :meth:`weights_near`; None for those that hold
-            anywhere.
+        :param before: what this method has returned for wider motions that hold these.
         """
-        found = np.zeros(len(states), dtype=bool)
         followed = self._followed()
-        moved = self._motion.relative_displacement(reach, weights)
-        for tables in followed:
-            if tables.rigid_pairs(group):
-                return np.ones(len(states), dtype=bool)
-            asked = np.flatnonzero(~found)
-            found[asked] = self._may_collide(
-                tables, states[asked], moved[asked], group, exact, clearance, poll)
-        return found
-
-    def _may_collide(
-        self, tables: CollisionTables, states: Matrix, moved: Matrix, group: str | None,
-        exact: Exactly, clearance: float, poll: Poll,
-    ) -> Mask:
-        """Return a table's answer to :meth:`may_collide`."""
-        def near(which: Mask, within: Matrix | None, surely: bool) -> Mask:
-            found = which.copy()
-            found[which] = tables.near(
-                states[which], None if within is None else within[which], group, surely,
-                clearance, poll)
-            return found
-
-        everywhere = np.ones(len(states), dtype=bool)
-        found = near(everywhere, moved, surely=exact is Exactly.ALWAYS)
-        if exact is not Exactly.WHERE_HULLS_TOUCH or tables.hull is None:
-            return found
-        touching = near(found, None, surely=False)
-        result: Mask = (found & ~touching) | near(touching, moved, surely=True)
-        return result
+        if any(tables.rigid_pairs(group) for tables in followed):
+            return NearPairs(np.zeros((len(states), 0, 0)), (), always=True)
+        weights = np.zeros((len(states), 0, 0))
+        possible: Sequence[Mask | tuple[Matrix, Matrix]]
+        if before is not None:
+            weights, possible = before.weights, before.pairs
+        else:
+            frames = self._motion.frames(states)
+            possible = [frames] * len(followed)
+            if reach is not None:
+                weights = self._motion.weights_near(frames, reach)
+        moved = None if reach is None else self._motion.relative_displacement(reach, weights)
+        return NearPairs(weights, [
+            tables.near(states, moved, group, exact, clearance, poll, each)
+            for tables, each in zip(followed, possible, strict=True)])
 
     def contacts(
         self, q: Vector, group: str | None = None, max_contacts: int | None = None
@@ -229,11 +204,6 @@ class CollisionChecker:
     def relative_motion(self) -> Matrix:
         """How far joints move what others carry, see ``DisplacementBounds.relative``."""
         return self._motion.relative
-
-    def weights_near(self, states: Matrix, reach: Matrix) -> Matrix:
-        """Return the weights of ``DisplacementBounds.weights_near``."""
-        self._followed()
-        return self._motion.weights_near(states, reach)
 
     def displacement_bound(self, q1: Vector, q2: Vector, group: str | None = None) -> float:
         """

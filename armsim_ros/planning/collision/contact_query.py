@@ -62,14 +62,23 @@ class ContactDistances:
                           for shape in shapes])
         sizes = np.array([_size(shape) for shape in shapes])
         #: (g, g) [m] where the margin is 0.
-        self._least = (
+        self.least: Matrix = (
             _MORE_IN_CONTACT * GJK_TOLERANCE * (1.0 + radii[:, None] + radii)
             + _ROUNDING * (sizes[:, None] + sizes) + _capsule_errors(shapes))
 
     def within(self, margins: Matrix) -> Matrix:
-        """Return the distances (..., g, g) [m] for shapes within margins (..., g, g) [m]."""
-        distances: Matrix = margins * (1.0 + _MORE * GJK_TOLERANCE) + self._least
-        return distances
+        """Return the distances (g, g) [m] for shapes within margins (g, g) [m]."""
+        return within_margins(margins, self.least)
+
+
+def within_margins(margins: Matrix, least: Matrix) -> Matrix:
+    """
+    Return the distances found [m] that count as contact within margins [m].
+
+    :param least: those without margins, see :class:`ContactDistances`.
+    """
+    distances: Matrix = margins * (1.0 + _MORE * GJK_TOLERANCE) + least
+    return distances
 
 
 def _size(shape: Any) -> float:

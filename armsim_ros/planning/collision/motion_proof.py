@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.planning.collision.collision_model import Exactly
+from armsim_ros.planning.collision.near_pairs import Exactly, NearPairs
 from armsim_ros.planning.collision.state_validity import StateValidity
 
 LONGEST_PIECE = 0.1
@@ -61,11 +61,10 @@ def first_blocked(
         values = both[part] + (where - covered[part])[:, None] * rates[part]
         return values[:, :width], values[:, width:]
 
-    def blocked(where: Vector) -> float | None:
-        for place, values in zip(where, at(where)[0], strict=True):
-            if not validity.free(values, clearance=clearance):
-                known = np.arange(float(len(points))) if places is None else places
-                return float(np.interp(place, covered, known))
+    def blocked(where: Vector, pairs: NearPairs | None = None) -> float | None:
+        for place in where[validity.blocked(at(where)[0], clearance, pairs)]:
+            known = np.arange(float(len(points))) if places is None else places
+            return float(np.interp(place, covered, known))
         return None
 
     found = None
@@ -76,27 +75,26 @@ def first_blocked(
     if validity.path_constraints is not None:
         found = blocked(borders)
     lows, highs = borders[:-1], borders[1:]
-    weights: Matrix | None = None
+    pairs: NearPairs | None = None
     while found is None and len(lows):
         middles, count = 0.5 * (lows + highs), len(lows)
         states, travelled = at(np.concatenate([middles, lows, highs]))
         states, half = states[:count], travelled[:count]
         reach = np.maximum(half - travelled[count:2 * count], travelled[2 * count:] - half)
         longest = float(np.max(highs - lows))
-        if weights is None:
-            weights = validity.weights_near(states, reach)
-        near = validity.may_collide(states, reach, _exactly(longest), clearance, weights)
-        lows, middles, highs, weights = lows[near], middles[near], highs[near], weights[near]
+        # Each half can bring together only what the whole can.
+        pairs = validity.near_pairs(states, reach, _exactly(longest), clearance, pairs)
+        near = pairs.motions
+        lows, middles, highs, pairs = lows[near], middles[near], highs[near], pairs.of(near)
         last = longest <= SHORTEST_PIECE
         # The states on the way first: most collisions are found there.
         if last or HULL_PIECE < longest <= 2.0 * HULL_PIECE:
-            found = blocked(middles)
+            found = blocked(middles, pairs)
         if last:
             break
-        # Each half keeps the bounds of the whole.
         lows = np.stack([lows, middles], axis=1).ravel()
         highs = np.stack([middles, highs], axis=1).ravel()
-        weights = np.repeat(weights, 2, axis=0)
+        pairs = pairs.halves()
     return found
 
 

@@ -76,8 +76,10 @@ class SceneTables:
             sources[OBJECT, OCTOMAP_ID] = content.octomap, 1.0
         self._bodies = {key: (source, self._shapes(key, source))
                         for key, source in sources.items()}
-        carried = [shape for key, (_, shapes) in self._bodies.items() if key[0] is not OBJECT
-                   for shape in shapes]
+        # What is far from the base is the most likely to touch: a pair that touches ends a check.
+        carried = sorted(
+            (shape for key, (_, shapes) in self._bodies.items() if key[0] is not OBJECT
+             for shape in shapes), key=lambda shape: -shape.joint)
         pairs, names = content.acm.differences(before.acm)
         tables: list[CollisionTables] = []
         for number, standing in enumerate(self._parts()):

@@ -16,8 +16,9 @@ from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
 from armsim_ros.planning.collision.broad_phase import CollisionTest
-from armsim_ros.planning.collision.collision_model import CollisionChecker, Exactly
+from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.collision.contacts import Contact
+from armsim_ros.planning.collision.near_pairs import Exactly, NearPairs
 from armsim_ros.planning.constraints import ConstraintSet
 
 SEARCH_STEP = 0.15
@@ -55,7 +56,9 @@ class StateValidity:
     ) -> None:
         self._checker = checker
         self._model = model
-        self._base = q
+        self._base = model.apply_mimic(q)
+        #: Where the group's variables are in a state; None where others follow them.
+        self._places = model.places(group)
         self._avoid_collisions = avoid_collisions
         self.poll = poll
         self.group = group
@@ -91,7 +94,11 @@ class StateValidity:
 
     def full(self, values: Vector) -> Vector:
         """Return the full robot state (n,) for the group's values (m,)."""
-        return self._model.insert(self._base, self.group, values)
+        if self._places is None:
+            return self._model.insert(self._base, self.group, values)
+        q = self._base.copy()
+        q[self._places] = values
+        return q
 
     def collides(self, values: Vector) -> bool:
         """Return whether a state (m,) collides on exact geometry."""
@@ -130,33 +137,48 @@ class StateValidity:
 
     def full_states(self, values: Matrix) -> Matrix:
         """Return the full robot states (k, n) for values (k, m) of the group."""
-        first = self.full(values[0])
-        states: Matrix = first + (values - values[0]) @ self._model.gradient(self.group).T
+        if self._places is None:
+            first = self.full(values[0])
+            states: Matrix = first + (values - values[0]) @ self._model.gradient(self.group).T
+        else:
+            states = np.empty((len(values), len(self._base)))
+            states[:] = self._base
+            states[:, self._places] = values
         return states
 
-    def may_collide(
-        self, values: Matrix, reach: Matrix, exact: Exactly = Exactly.ALWAYS,
-        clearance: float = 0.0, weights: Matrix | None = None,
+    def blocked(
+        self, values: Matrix, clearance: float = 0.0, pairs: NearPairs | None = None
     ) -> Mask:
         """
-        Return in which states (k, m) a motion by ``reach`` to either side may not be free.
+        Return which states (k, m) are not free, on exact geometry; for many states at once.
 
-        :param reach: (k, m) of every variable [rad or m]; False is proof for all within.
+        :param clearance: [m] nearer than this counts as touching.
+        :param pairs: of motions that hold the states.
+        """
+        found = self.near_pairs(values, None, clearance=clearance, before=pairs).motions
+        if self.path_constraints is not None:
+            for k in np.flatnonzero(~found):
+                found[k] = not self.constrained(values[k])
+        return found
+
+    def near_pairs(
+        self, values: Matrix, reach: Matrix | None, exact: Exactly = Exactly.ALWAYS,
+        clearance: float = 0.0, before: NearPairs | None = None,
+    ) -> NearPairs:
+        """
+        Return what may touch in motions by ``reach`` to either side of states (k, m).
+
+        :param reach: (k, m) of every variable [rad or m]; None for the states alone.
         :param exact: when to check the shapes themselves where their hulls are near.
         :param clearance: [m] that shall be left.
-        :param weights: what :meth:`weights_near` returns for wider motions that hold these.
+        :param before: what this method has returned for wider motions that hold these.
         """
         if not self._avoid_collisions or not len(values):
-            return np.zeros(len(values), dtype=bool)
-        return self._checker.may_collide(
-            *self._full_motions(values, reach), self.group, exact, clearance, self.poll, weights)
-
-    def weights_near(self, values: Matrix, reach: Matrix) -> Matrix:
-        """Return the weights of motions near states (k, m), see ``DisplacementBounds``."""
-        return self._checker.weights_near(*self._full_motions(values, reach))
-
-    def _full_motions(self, values: Matrix, reach: Matrix) -> tuple[Matrix, Matrix]:
-        return self.full_states(values), reach @ np.abs(self._model.gradient(self.group)).T
+            return NearPairs(np.zeros((len(values), 0, 0)), ())
+        if reach is not None:
+            reach = reach @ np.abs(self._model.gradient(self.group)).T
+        return self._checker.near_pairs(
+            self.full_states(values), reach, self.group, exact, clearance, self.poll, before)
 
     @cached_property
     def displacement_weights(self) -> Vector:
@@ -167,10 +189,6 @@ class StateValidity:
             self._checker.displacement_bound(zero, self.full(unit), self.group)
             for unit in np.eye(count)
         ])
-
-    def segment_count(self, a: Vector, b: Vector, step: float) -> int:
-        """Return how many segments a motion has in which no point moves over ``step``."""
-        return max(1, math.ceil(float(self.displacement_weights.dot(abs(b - a))) / step))
 
     def motion_free(
         self, a: Vector, b: Vector, step: float = FINE_STEP, exact: bool = True,
@@ -187,15 +205,13 @@ class StateValidity:
         :param clearance: [m] that shall be left; None for :attr:`clearance`.
         """
         blocked = self._test(exact, self.clearance if clearance is None else clearance)
-        last = self.full(b)
-        if not between and blocked(last):
+        if not between and blocked(self.full(b)):
             return False
-        count = self.segment_count(a, b, step)
-        if count == 1:
+        way = b - a
+        length = float(self.displacement_weights.dot(abs(way)))
+        if length <= step:
             return True
-        first = self.full(a)
-        states = _halving_order(count) * (last - first)
-        states += first
+        states = self.full_states(a + _halving_order(math.ceil(length / step)) * way)
         few = POLLED_STATES[exact]
         for begin in range(0, len(states), few):
             self.poll()

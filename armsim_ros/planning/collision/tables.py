@@ -20,7 +20,8 @@ from armsim_ros.planning.collision.bodies import (
     required_pairs,
 )
 from armsim_ros.planning.collision.broad_phase import BroadPhase, CollisionTest
-from armsim_ros.planning.collision.contact_query import ContactDistances
+from armsim_ros.planning.collision.contact_query import ContactDistances, within_margins
+from armsim_ros.planning.collision.near_pairs import Exactly
 from armsim_ros.planning.scene.content import SceneContent
 
 #: Contacts that are asked of coal for one pair of shapes, to find the deepest.
@@ -142,38 +143,39 @@ class CollisionTables:
         return [*rigid, *(exact.numbers(pair) for pair in sorted(moving))]
 
     def near(
-        self, states: Matrix, moved: Matrix | None, group: str | None, exact: bool,
-        clearance: float, poll: Poll,
+        self, states: Matrix, moved: Matrix | None, group: str | None, exact: Exactly,
+        clearance: float, poll: Poll, before: Mask | tuple[Matrix, Matrix],
     ) -> Mask:
         """
-        Return in which states a pair of shapes may come into touch with so much motion.
+        Return which pairs (k, pairs) may come into touch with so much motion.
 
         :param states: (k, n) robot states.
         :param moved: (k, joints, joints) motion of what a joint carries against what another
             joint does [m], 0 for the world; None for none.
-        :param exact: check the shapes themselves, not by hulls.
+        :param exact: when to check the shapes themselves.
         :param clearance: [m] that shall be left.
         :param poll: called now and then; raises what ends the request.
+        :param before: (k, pairs) all that are possible; or rotations (k, joints, 3, 3) and
+            origins (k, joints, 3) of the joints, to find these.
         """
-        found = np.zeros(len(states), dtype=bool)
-        if not self.shapes:
-            return found
-        hit = self.test(group, clearance, exact)
-        hull = self.hull or self.exact
-        stages = (hull, self.exact) if exact and self.hull is not None else (hull,)
-        few = POLLED_STATES[False]
-        kept = self._margins + clearance
-        for begin in range(0, len(states), few):
-            part = slice(begin, begin + few)
-            margins = None if moved is None else self._distances.within(
-                moved[part, self._joints[:, None], self._joints] + kept)
-            for k, q in enumerate(states[part]):
-                if k % POLLED_STATES[exact] == 0:
-                    poll()
-                if margins is not None:
-                    for stage in stages:
-                        stage.set_margins(margins[k])
-                found[begin + k] = hit(q)
+        hull = self.ready(False, group, clearance)
+        first, second = hull.pairs
+        kept = self._margins[first, second] + clearance
+        least = self._distances.least[first, second]
+        touching = within_margins(kept, least)
+        within = np.broadcast_to(touching, (len(states), len(first))) if moved is None else (
+            within_margins(moved[:, self._joints[first], self._joints[second]] + kept, least))
+        possible = hull.boxes_near(*before, within) if isinstance(before, tuple) else before
+        near = hull.touching(states, possible, within, poll, POLLED_STATES[False])
+        if exact is Exactly.NEVER or self.hull is None:
+            return near
+        asked = near
+        if exact is Exactly.WHERE_HULLS_TOUCH:
+            asked = hull.touching(
+                states, near, np.broadcast_to(touching, within.shape), poll, POLLED_STATES[False])
+        shapes = self.ready(True, group, clearance)
+        surely = shapes.touching(states, asked, within, poll, POLLED_STATES[True])
+        found: Mask = (near & ~asked) | surely
         return found
 
     def rigid_pairs(self, group: str | None) -> list[tuple[int, int]]:

@@ -51,17 +51,24 @@ def time_waypoints(
         FAILURE where the limits cannot be kept.
     """
     deviation = np.full(len(waypoints) - 2, max(max_deviation, _LEAST_DEVIATION))
-    _shrink_corners(waypoints, deviation, validity)
     fault: Fault | None = None
     clearance = 0.5 * validity.clearance if rough else 0.0
-    for _ in range(1 if rough else _ATTEMPTS):
+    # Few blends are not free: where a check of the motion has to leave the same clearance, they
+    # are checked when it fails.
+    if not rough:
+        _shrink_corners(waypoints, deviation, validity)
+    for attempt in range(2 if rough else _ATTEMPTS):
         motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)
         fault = first_fault(motion, validity, FINAL_SHARE * step, clearance)
         if fault is None:
             return motion
         if not len(deviation):
             break
-        deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
+        if rough:
+            if attempt or not _shrink_corners(waypoints, deviation, validity):
+                break
+        else:
+            deviation = np.maximum(deviation * _SHRINK**2, _LEAST_DEVIATION)
     raise PlanningError(
         MoveItErrorCode.INVALID_MOTION_PLAN,
         f'the timed trajectory is not valid {fault}; plan again, or keep more clearance around '
@@ -72,8 +79,9 @@ def time_waypoints(
 
 def _shrink_corners(
     waypoints: Vector, deviation: Vector, validity: StateValidity
-) -> None:
-    """Make the blend at every inner waypoint so small that it is free."""
+) -> bool:
+    """Make the blend at every inner waypoint so small that it is free; return whether any was."""
+    before = deviation.copy()
     steps = np.diff(waypoints, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     turns = np.linalg.norm(np.diff(steps / lengths[:, None], axis=0), axis=1)
@@ -82,11 +90,13 @@ def _shrink_corners(
     corners = np.flatnonzero(cut * weight > _NOTHING)
     while len(corners):
         path = BlendedPath(waypoints, deviation)
-        corners = np.array([corner for corner in corners if not all(
-            validity.free(q, clearance=0.5 * validity.clearance)
-            for q in path.corner_samples(int(corner), _SAMPLES))], dtype=np.intp)
+        samples = [path.corner_samples(int(corner), _SAMPLES) for corner in corners]
+        blocked = validity.blocked(np.concatenate(samples), 0.5 * validity.clearance)
+        ends = np.cumsum([len(each) for each in samples])
+        corners = corners[[bool(part.any()) for part in np.split(blocked, ends[:-1])]]
         deviation[corners] = np.maximum(deviation[corners] * _SHRINK, _LEAST_DEVIATION)
         corners = corners[deviation[corners] > _LEAST_DEVIATION]
+    return not np.array_equal(before, deviation)
 
 
 @dataclass(frozen=True, slots=True)

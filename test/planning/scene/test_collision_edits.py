@@ -131,12 +131,13 @@ def test_a_scene_of_many_objects_is_held_in_several_tables(scene):
     scene.apply(crowd(350))
     checker = CollisionChecker(scene)
     assert len(checker._tables.tables) == 4
+    reach = np.full((1, len(scene.q)), 0.01)
     assert not checker.in_collision(scene.q)
-    assert not checker.may_collide(scene.q[None], np.full((1, len(scene.q)), 0.01))[0]
+    assert not checker.near_pairs(scene.q[None], reach).motions[0]
     for k in (3, 177, 349):
         scene.apply_object(CollisionObject(f'far {k}', MOVE, pose=pose_matrix((0.6, 0, 0))))
         assert checker.in_collision(scene.q)
-        assert checker.may_collide(scene.q[None], np.full((1, len(scene.q)), 0.01))[0]
+        assert checker.near_pairs(scene.q[None], reach).motions[0]
         assert {contact.body2 for contact in checker.contacts(scene.q)} == {f'far {k}'}
         assert checker.distance(scene.q) < 0.0
         scene.set_acm(scene.acm.with_entry(f'far {k}', True, ('upper', 'fore', 'finger', 'base')))

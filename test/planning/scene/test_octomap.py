@@ -104,8 +104,8 @@ def test_states_are_those_of_a_box_for_each_cell(
             answers[exact].append(mine)
     assert 50 < sum(answers[True]) < 330
     reach = rng.uniform(0, 0.05, states.shape)
-    assert (ours.may_collide(states[:150], reach[:150])
-            == boxes.may_collide(states[:150], reach[:150])).all()
+    assert (ours.near_pairs(states[:150], reach[:150]).motions
+            == boxes.near_pairs(states[:150], reach[:150]).motions).all()
 
 
 def test_distances_are_those_of_a_box_for_each_cell(mesh_kinematics):
