@@ -51,7 +51,7 @@ class BridgeLink(RosClient):
 
     def __init__(self, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(NODE, ros_args, kind=PollingNode, start_parameter_services=True)
-        self.loop = loop
+        self.loop, self.ros_args = loop, ros_args
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
         self._answers: dict[Callable[[], Types], tuple[Types, float]] = {}

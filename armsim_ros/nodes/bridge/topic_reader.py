@@ -3,8 +3,11 @@
 """
 Subscriptions in a wait set and a thread of their own, apart from services and actions.
 
-rclpy's own function copies a message twice while it holds all other threads up: for a tenth of a
-second where it has 50 MB. The same function of rcl, called by ctypes, lets them run.
+A large message holds others up in two places. rclpy's own function copies it twice while no other
+thread runs: for a tenth of a second where it has 50 MB. The same function of rcl, called by
+ctypes, lets them run. And the middleware receives all topics of a context in one thread, which
+waits until such a copy is made. So topics whose messages may be so large get a context of their
+own.
 """
 
 from __future__ import annotations
@@ -25,7 +28,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.bridge.client import LARGE, MOST_LARGE, MOST_SMALL
+from armsim_ros.nodes.bridge.conversion.fields import CODES, fields_of, Shape
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
@@ -47,11 +52,13 @@ class TopicReader:
 
     :param link: whose node subscribes.
     :param deliver: gets a batch in the thread of the sockets: keys with messages, in order.
+    :param own: node that subscribes instead of the link's.
     """
 
-    def __init__(self, link: BridgeLink, deliver: Callable[[Batch], None]) -> None:
-        self._link, self._deliver = link, deliver
-        self._node = node = link.node
+    def __init__(self, link: BridgeLink, deliver: Callable[[Batch], None],
+                 own: RosClient | None = None) -> None:
+        self._link, self._deliver, self._own = link, deliver, own
+        self._node = node = (own or link).node
         self._group = OutsideExecutors()
         self._guard = GuardCondition(None, None, node.context)
         self._subscriptions: dict[Any, Subscription] = {}
@@ -61,6 +68,8 @@ class TopicReader:
         self._small: set[Any] = set()
         self._busy: set[Any] = set()
         self._aside = ThreadPoolExecutor(2, 'large topics')
+        self._apart: TopicReader | None = None
+        self._read_apart: set[Any] = set()
         self._count = 0
         self._scheduled = False
         self._closing = False
@@ -73,7 +82,7 @@ class TopicReader:
 
     def remove(self, key: Any) -> Future[None]:
         """Unsubscribe."""
-        return self._in_thread(partial(self._destroy, key))
+        return self._in_thread(partial(self._remove, key))
 
     def close(self) -> None:
         """End the thread and all subscriptions."""
@@ -81,6 +90,9 @@ class TopicReader:
         self._trigger()
         self._thread.join(_END)
         self._aside.shutdown(wait=False)
+        for each in (self._apart, self._own):
+            if each is not None:
+                each.close()
 
     def _in_thread(self, work: Callable[[], None]) -> Future[None]:
         done: Future[None] = Future()
@@ -101,9 +113,27 @@ class TopicReader:
         self._guard.trigger()
 
     def _add(self, key: Any, kind: type[Any], topic: str, profile: QoSProfile) -> None:
-        self._destroy(key)
+        self._remove(key)
+        if self._own is None and _may_be_large(kind):
+            if self._apart is None:
+                client = RosClient(
+                    f'_{self._node.get_name()}_large', self._link.ros_args,
+                    domain=self._node.context.get_domain_id(), use_global_arguments=False)
+                self._apart = TopicReader(self._link, self._deliver, client)
+            self._read_apart.add(key)
+            self._apart.add(key, kind, self._node.resolve_topic_name(topic), profile).result()
+            return
         self._subscriptions[key] = self._node.create_subscription(
             kind, topic, lambda _: None, profile, callback_group=self._group, raw=True)
+
+    def _remove(self, key: Any) -> None:
+        self._destroy(key)
+        if self._apart is not None and key in self._read_apart:
+            self._read_apart.remove(key)
+            self._apart.remove(key)
+            if not self._read_apart:
+                self._aside.submit(self._apart.close)
+                self._apart = None
 
     def _destroy(self, key: Any) -> None:
         subscription = self._subscriptions.pop(key, None)
@@ -185,6 +215,12 @@ class TopicReader:
             read, self._read, self._scheduled = self._read, {}, False
         self._deliver([(key, raw) for _, key, raw in sorted(
             (number, key, raw) for key, waiting in read.items() for number, raw in waiting)])
+
+
+def _may_be_large(kind: type[Any]) -> bool:
+    """Return whether a message has bytes without a bound, as pictures, clouds and maps have."""
+    return any(each.shape is Shape.SEQUENCE and not each.size
+               and CODES.get(each.basic) in ('b', 'B') for each in fields_of(kind).values())
 
 
 class _Allocator(ctypes.Structure):
