@@ -7,7 +7,7 @@ Each has its reason here, and tests that fail when the name is gone; requirement
 setup.cfg limit the versions. Used as well, and documented nowhere by their libraries: toppra's
 cy_seidel_solverwrapper (planning/timing/topp.py, test/planning/timing), and the place where viser
 calls websockets' serve (nodes/web/server.py, test/nodes/web); and the C function by which rclpy
-takes serialized messages, and the layout of its array (nodes/bridge/taking.py,
+takes serialized messages, and the layout of its array (nodes/bridge/topic_reader.py,
 test/nodes/bridge).
 """
 

@@ -1,22 +1,35 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What clients serve: the common part of services and actions."""
+"""What clients serve: ``advertise_service``, ``advertise_action``, and their answers."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 import itertools
 from typing import Any
 
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.conversion.fields import type_name
+from armsim_ros.nodes.bridge.conversion.incoming import message_of
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.polling_node import keep_live
+
+#: How long a client may take for an answer where no time is configured [s].
+_PATIENCE = 30.0
+#: Time to request the results of aborted goals before the action is gone [s].
+_LAST_RESULTS = 0.5
 
 
 @dataclass(eq=False)
@@ -49,11 +62,7 @@ class Advertised(ABC):
         self._numbers = itertools.count(1)
 
     async def advertise(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``advertise_service`` and ``advertise_action``.
-
-        :raises RefusalError: another client serves it, or there is no such type.
-        """
+        """Serve ``advertise_service`` and ``advertise_action``."""
         name = self._expanded(message)
         kind = await self._link.load(message['type'], self.types)
         before = self._served.get(name)
@@ -65,11 +74,7 @@ class Advertised(ABC):
         served.destroy = await self._link.run(lambda: self._make(served, name))
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``unadvertise_service`` and ``unadvertise_action``.
-
-        :raises RefusalError: as a warning, the client does not serve it.
-        """
+        """Serve ``unadvertise_service`` and ``unadvertise_action``."""
         served = self._served.get(self._expanded(message))
         if served is None or served.client is not client:
             raise RefusalError('it is not advertised', Level.WARNING)
@@ -111,6 +116,18 @@ class Advertised(ABC):
                 return served, key
         raise RefusalError(f'no request with id {key[:100]!r} waits', Level.WARNING)
 
+    async def _answer(self, client: Client, message: dict[str, Any], part: str) -> None:
+        """Let what waits go on, with status and message, or None where the client failed."""
+        served, key = self._find(client, message)
+        _, waiting = served.requests.pop(key)
+        answer = None
+        try:
+            if message.get('result', True):
+                answer = message.get('status', GoalStatus.STATUS_SUCCEEDED), await message_of(
+                    getattr(served.kind, part), message.get('values') or {}, self._link.now)
+        finally:
+            self._link.settle(waiting, answer)
+
     def _request(self, served: Served, goal: Any, message: dict[str, Any], patience: float = 0.0
                  ) -> tuple[str, Future]:
         """
@@ -139,3 +156,88 @@ class Advertised(ABC):
 
     def _expanded(self, message: dict[str, Any]) -> str:
         return self._link.expand(message[self.word], service=self.word == 'service')
+
+
+class AdvertisedServices(Advertised):
+    """
+    The services of all clients.
+
+    :param patience: the longest wait for a client's answer; 0 for the usual time [s].
+    """
+
+    word, types, prefix = 'service', 'srv', 'service_request'
+
+    def __init__(self, link: BridgeLink, patience: float) -> None:
+        super().__init__(link)
+        self._patience = patience or _PATIENCE
+
+    async def respond(self, client: Client, message: dict[str, Any]) -> None:
+        """Serve ``service_response``; the caller gets default values where it does not fit."""
+        await self._answer(client, message, 'Response')
+
+    def _make(self, served: Served, name: str) -> Callable[[], Any]:
+        async def respond(request: Any, response: Any) -> Any:
+            _, answer = self._request(
+                served, None, {'op': 'call_service', 'args': values_of(request)}, self._patience)
+            found = await answer
+            if found is None:
+                self._link.node.get_logger().warning(
+                    f'{served.name}: the client did not answer; the caller gets default values')
+            return response if found is None else found[1]
+
+        service = self._link.node.create_service(served.kind, name, respond,
+                                                 callback_group=self._group)
+        return lambda: self._link.node.destroy_service(service)
+
+
+class AdvertisedActions(Advertised):
+    """The actions of all clients."""
+
+    word, types, prefix = 'action', 'action', 'action_goal'
+
+    async def feedback(self, client: Client, message: dict[str, Any]) -> None:
+        """Serve ``action_feedback``."""
+        served, key = self._find(client, message)
+        goal = served.requests[key][0]
+        values = await message_of(served.kind.Feedback, message.get('values') or {},
+                                  self._link.now)
+        self._link.in_thread(lambda: goal.is_active and goal.publish_feedback(values))
+
+    async def result(self, client: Client, message: dict[str, Any]) -> None:
+        """Serve ``action_result``; the goal is aborted where it does not fit."""
+        await self._answer(client, message, 'Result')
+
+    async def _settle_all(self, served: Served) -> None:
+        waited_for = bool(served.requests)
+        await super()._settle_all(served)
+        if waited_for:
+            # Callers that were accepted a moment ago have yet to request the result.
+            await asyncio.sleep(_LAST_RESULTS)
+        for _ in range(2):
+            await self._link.run(lambda: None)
+
+    def _make(self, served: Served, name: str) -> Callable[[], Any]:
+        async def execute(goal: ServerGoalHandle) -> Any:
+            key, answer = self._request(served, goal, {
+                'op': 'send_action_goal', 'action_type': type_name(served.kind), 'feedback': True,
+                'args': values_of(goal.request)})
+            goal.bridge_key = key  # type: ignore[attr-defined] # for the request to cancel it
+            status, result = await answer or (GoalStatus.STATUS_ABORTED, served.kind.Result())
+            if status == GoalStatus.STATUS_SUCCEEDED:
+                goal.succeed()
+            elif status == GoalStatus.STATUS_CANCELED and goal.is_cancel_requested:
+                goal.canceled()
+            else:
+                goal.abort()
+            return result
+
+        def cancel(goal: ServerGoalHandle) -> CancelResponse:
+            key = getattr(goal, 'bridge_key', '')
+            self._link.schedule(lambda: served.client.send(
+                {'op': 'cancel_action_goal', 'id': key, 'action': served.name}))
+            return CancelResponse.ACCEPT
+
+        server = ActionServer(
+            self._link.node, served.kind, name, execute, callback_group=self._group,
+            cancel_callback=cancel, **qos.ACTION_SERVICES)
+        return server.destroy

@@ -106,9 +106,8 @@ class Fragments:
 
     def __init__(self, patience: float) -> None:
         self._patience = patience
-        self._parts: dict[Any, dict[int, str]] = {}
-        self._totals: dict[Any, int] = {}
-        self._since: dict[Any, float] = {}
+        #: Id -> when it began, how many there are, and those that have come.
+        self._known: dict[Any, tuple[float, int, dict[int, str]]] = {}
         self._size = 0
 
     def add(self, key: Any, data: str, number: int, total: int, now: float) -> str | None:
@@ -119,32 +118,30 @@ class Fragments:
         :returns: the whole text once all are there, else None.
         :raises RefusalError: the fragments do not fit together, or there are too many.
         """
-        for late in [old for old, since in self._since.items() if now - since > self._patience]:
+        for late in [old for old, (since, *_) in self._known.items()
+                     if now - since > self._patience]:
             self._forget(late)
-        if total < 1 or not 0 <= number < total or self._totals.get(key, total) != total:
+        _, known_total, parts = self._known.get(key, (now, total, {}))
+        if total < 1 or not 0 <= number < total or known_total != total:
             self._forget(key)
             raise RefusalError(f'num {number} of total {total}; num is 0 to total - 1, and total '
                                'is the same in all fragments of an id')
-        parts = self._parts.get(key, {})
         size = self._size + len(data) - len(parts.get(number, ''))
-        if size > MOST_BYTES or (key not in self._parts and len(self._parts) >= MOST_FRAGMENTED):
+        if size > MOST_BYTES or (key not in self._known and len(self._known) >= MOST_FRAGMENTED):
             self._forget(key)
             raise RefusalError(f'dropped; at most {MOST_BYTES} bytes of {MOST_FRAGMENTED} messages'
                                ' may be incomplete')
         self._size = size
-        parts = self._parts.setdefault(key, {})
         parts[number] = data
-        self._totals[key] = total
-        self._since.setdefault(key, now)
+        self._known.setdefault(key, (now, total, parts))
         if len(parts) < total:
             return None
         self._forget(key)
         return ''.join(parts[index] for index in range(total))
 
     def _forget(self, key: Any) -> None:
-        self._size -= sum(map(len, self._parts.pop(key, {}).values()))
-        self._totals.pop(key, None)
-        self._since.pop(key, None)
+        _, _, parts = self._known.pop(key, (0.0, 0, {}))
+        self._size -= sum(map(len, parts.values()))
 
 
 class _PatientDecoder(json.JSONDecoder):

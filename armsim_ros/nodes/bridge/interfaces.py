@@ -16,8 +16,9 @@ from armsim_ros.nodes.bridge.refusal import RefusalError
 #: Group -> what it is called in messages.
 GROUPS = {'msg': 'message', 'srv': 'service', 'action': 'action'}
 #: Parts of an action that have endpoints of their own.
-_ACTION_PARTS = {'_FeedbackMessage': 'FeedbackMessage'}
-_ACTION_SERVICES = {'_SendGoal': 'SendGoalService', '_GetResult': 'GetResultService'}
+_ACTION_PARTS = {
+    'msg': {'_FeedbackMessage': 'FeedbackMessage'},
+    'srv': {'_SendGoal': 'SendGoalService', '_GetResult': 'GetResultService'}}
 
 
 def full_name(name: str, group: str) -> str:
@@ -56,8 +57,7 @@ def _load(name: str, group: str) -> type[Any]:
         found = getattr(import_module(f'{package}.{group}'), rest.rpartition('/')[2], None)
         if isinstance(found, type):
             return found
-    parts = {'msg': _ACTION_PARTS, 'srv': _ACTION_SERVICES}.get(group, {})
-    for ending, attribute in parts.items():
+    for ending, attribute in _ACTION_PARTS.get(group, {}).items():
         action = rest.removesuffix(ending)
         if rest.endswith(ending) and action in types and action.startswith('action/'):
             cls = getattr(import_module(f'{package}.action'), action.rpartition('/')[2])

@@ -1,17 +1,23 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bridge's node, and what it knows of the graph."""
+"""The bridge's node, and what it knows of the graph: topics, services, actions and nodes."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from rclpy.exceptions import InvalidServiceNameException, InvalidTopicNameException
+from rclpy.exceptions import (
+    InvalidHandle,
+    InvalidServiceNameException,
+    InvalidTopicNameException,
+)
 from rclpy.expand_topic_name import expand_topic_name
+from rclpy.node import NodeNameNonExistentError
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.task import Future as RosFuture
 from rclpy.validate_full_topic_name import validate_full_topic_name
@@ -29,7 +35,7 @@ DISCOVERY, _PAUSE = 1.0, 0.02
 _DEPTH = 100
 #: Names that are remembered with their full names.
 _MOST_NAMES = 1000
-_SEND_GOAL = '/_action/send_goal'
+_ACTION, _SEND_GOAL = '/_action/', '/_action/send_goal'
 
 T = TypeVar('T')
 Types = dict[str, list[str]]
@@ -45,7 +51,7 @@ class BridgeLink(RosClient):
 
     def __init__(self, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(NODE, ros_args, kind=PollingNode, start_parameter_services=True)
-        self.loop = loop
+        self.loop, self.ros_args = loop, ros_args
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
         self._answers: dict[Callable[[], Types], tuple[Types, float]] = {}
@@ -187,14 +193,66 @@ class BridgeLink(RosClient):
                 lambda: self.serves(kind, name, action=action),
                 f'no {"action" if action else "service"} of this type is served', '', tuple)
 
-    def served_services(self) -> list[str]:
-        """Return the services that have a server, not only clients."""
-        return [name for name in self.service_types() if self.node.count_services(name)]
+    def served_services(self) -> dict[str, str]:
+        """Return the services that have a server, not only clients, with a type each."""
+        return {name: types[0] for name, types in self.service_types().items()
+                if self.node.count_services(name)}
 
     def action_names(self) -> list[str]:
         """Return the names of all actions that are served."""
-        return [name.removesuffix(_SEND_GOAL) for name in self.service_types()
-                if name.endswith(_SEND_GOAL) and self.node.count_services(name)]
+        return [name.removesuffix(_SEND_GOAL) for name in self.served_services()
+                if name.endswith(_SEND_GOAL)]
+
+    def topics(self) -> dict[str, str]:
+        """Return the topics with a type each; those of actions are hidden."""
+        return {name: types[0] for name, types in self.topic_types().items()
+                if _ACTION not in name}
+
+    def services(self) -> dict[str, str]:
+        """Return the services with a type each; those of actions are hidden."""
+        return {name: kind for name, kind in self.served_services().items()
+                if _ACTION not in name}
+
+    def type_of(self, name: str, known: Types) -> str:
+        """Return the type of what is known by a name, '' where it is not there."""
+        with suppress(RefusalError, KeyError):
+            return known[self.expand(name)][0]
+        return ''
+
+    def nodes(self) -> list[str]:
+        """Return the full names of all nodes."""
+        found = self.node.get_node_names_and_namespaces()
+        return sorted({f'{namespace.rstrip("/")}/{name}' for name, namespace in found})
+
+    def node_details(self, node: str) -> list[list[str]]:
+        """Return what a node subscribes to, what it publishes, and what it serves."""
+        namespace, _, name = node.rpartition('/')
+        found: list[list[str]] = []
+        for ask in (self.node.get_subscriber_names_and_types_by_node,
+                    self.node.get_publisher_names_and_types_by_node,
+                    self.node.get_service_names_and_types_by_node):
+            found.append([])
+            with suppress(NodeNameNonExistentError, ValueError, RuntimeError):
+                found[-1] = [entry[0] for entry in ask(name, namespace or '/')]
+        return found
+
+    def providers(self, services: Iterable[str]) -> list[str]:
+        """Return the nodes that serve one of these services."""
+        full = set()
+        for name in services:
+            with suppress(RefusalError):
+                full.add(self.expand(name))
+        return [node for node in self.nodes() if full & set(self.node_details(node)[2])]
+
+    def ends(self, topic: str, *, publish: bool) -> list[str]:
+        """Return the nodes that publish a topic, or subscribe to it."""
+        info = (self.node.get_publishers_info_by_topic if publish
+                else self.node.get_subscriptions_info_by_topic)
+        try:
+            found = info(self.expand(topic))
+        except (RefusalError, InvalidHandle):
+            return []
+        return sorted({f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in found})
 
     def matching_profile(self, topic: str) -> QoSProfile:
         """Return what a subscription may ask for so that every publisher of a topic matches."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 import re
@@ -81,13 +81,10 @@ class PackageFiles:
             if (name.rpartition('/')[2] == _DESCRIPTION and 'std_msgs/msg/String' in types
                     and name not in self._topics):
                 self._topics.add(name)
-                self._link.subscribe(String, name, _LATCHED, self._receiver(name))
+                self._link.subscribe(String, name, _LATCHED, partial(self._receive, name))
 
-    def _receiver(self, topic: str) -> Callable[[String], None]:
-        def receive(message: String) -> None:
-            self._named[topic] = set(_PACKAGE.findall(message.data))
-
-        return receive
+    def _receive(self, topic: str, message: String) -> None:
+        self._named[topic] = set(_PACKAGE.findall(message.data))
 
     def _content(self, package: str, path: str) -> bytes | None:
         folder = self._packages.find(package)

@@ -15,18 +15,15 @@ from typing import Any
 from rcl_interfaces.msg import ParameterDescriptor
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.bridge.advertised_actions import AdvertisedActions
-from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
-from armsim_ros.nodes.bridge.goals import Goals
+from armsim_ros.nodes.bridge.advertised import AdvertisedActions, AdvertisedServices
+from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
-from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.protocol import Protocol
 from armsim_ros.nodes.bridge.publishers import Publishers
-from armsim_ros.nodes.bridge.rosapi.node import RosApi
+from armsim_ros.nodes.bridge.rosapi import RosApi
 from armsim_ros.nodes.bridge.server import BridgeServer
-from armsim_ros.nodes.bridge.service_calls import ServiceCalls
-from armsim_ros.nodes.bridge.settings import BridgeSettings, read_settings
+from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions, read_settings
 from armsim_ros.nodes.bridge.topics import Topics
 from armsim_ros.nodes.serving.ports import is_loopback
 from armsim_ros.packages import Packages, split_path

@@ -11,17 +11,15 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 
 from armsim_ros.errors import ArmsimError, nearest
-from armsim_ros.nodes.bridge.advertised_actions import AdvertisedActions
-from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
+from armsim_ros.nodes.bridge.advertised import AdvertisedActions, AdvertisedServices
+from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.client import Client, Handler
-from armsim_ros.nodes.bridge.conversion.aside import aside
+from armsim_ros.nodes.bridge.conversion.incoming import aside
 from armsim_ros.nodes.bridge.frames import parse, SMALLEST_FRAGMENT
-from armsim_ros.nodes.bridge.goals import Goals
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
-from armsim_ros.nodes.bridge.service_calls import ServiceCalls
+from armsim_ros.nodes.bridge.settings import Permissions
 from armsim_ros.nodes.bridge.topics import Topics
 
 _KINDS = {
@@ -204,7 +202,7 @@ def _answer_failure(client: Client, op: Any, message: dict[str, Any], text: str,
         separator = '' if target or not known else ': '
         client.report(level, f'{known.rstrip()}{separator or " " if known else ""}{whole}', key)
     else:
-        client.send(answer if key is None else {**answer, 'id': key})
+        client.send(answer, key)
 
 
 async def _set_level(client: Client, message: dict[str, Any]) -> None:

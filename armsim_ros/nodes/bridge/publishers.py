@@ -12,8 +12,8 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.aside import serialized_of
 from armsim_ros.nodes.bridge.conversion.fields import type_name
+from armsim_ros.nodes.bridge.conversion.incoming import serialized_of
 from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
@@ -46,22 +46,13 @@ class Publishers:
         self._of: dict[Client, dict[str, tuple[Any, Entry]]] = {}
 
     async def advertise(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``advertise``.
-
-        :raises RefusalError: the topic has another type, or there is no such type.
-        """
+        """Serve ``advertise``."""
         latch = bool(message.get('latch'))
         await self._advertise(client, message['topic'], full_name(message['type'], 'msg'),
                               message.get('id'), latch)
 
     async def publish(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``publish``.
-
-        :raises RefusalError: the topic is not known.
-        :raises ConversionError: the message does not fit its type.
-        """
+        """Serve ``publish``."""
         topic = message['topic']
         own = self._of.get(client, {}).get(topic)
         if own is None:
@@ -74,11 +65,7 @@ class Publishers:
             await serialized_of(entry.kind, message.get('msg', {}), self._link.now))
 
     async def unadvertise(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``unadvertise``.
-
-        :raises RefusalError: as a warning, it is not advertised.
-        """
+        """Serve ``unadvertise``."""
         found = self._of.get(client, {}).get(message['topic'])
         key = message.get('id')
         if found is None or (key is not None and key not in found[1].users[client]):

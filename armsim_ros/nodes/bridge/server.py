@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 import ctypes
@@ -22,7 +23,6 @@ from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.refusal import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
-from armsim_ros.nodes.bridge.turns import Turns
 from armsim_ros.nodes.serving.access import (
     AccessRules,
     answer,
@@ -38,6 +38,8 @@ MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)
 _READ_AHEAD = 4
 #: Clients of which a frame is served, and to which one is sent, in each pass of the event loop.
 _LEAST_READ, _LEAST_SENT = 4, 32
+#: How long frames are served in a pass of the event loop [s].
+_SLICE = 0.002
 #: What is read of a connection in a pass of the event loop [bytes].
 _READ_SIZE = 1 << 13
 #: What is written at once, and buffered before the client has to take it [bytes].
@@ -45,6 +47,40 @@ _WRITE_LIMIT = 1 << 16
 _OVERFLOW = 1013
 #: After the last client that has left, memory is returned once no other leaves for so long [s].
 _QUIET = 2.0
+
+
+class Turns:
+    """
+    Limits what is served between two passes of the event loop, whatever number of clients waits.
+
+    :param least: number of clients that are served in a pass, however long that takes.
+    """
+
+    def __init__(self, least: int) -> None:
+        self._least = least
+        self._waiting: deque[asyncio.Future[None]] = deque()
+        self._end = 0.0
+
+    async def take(self) -> None:
+        """Wait until a frame may be served."""
+        loop = asyncio.get_running_loop()
+        if loop.time() < self._end:
+            return
+        if not self._waiting:
+            loop.call_soon(self._next)
+        turn = loop.create_future()
+        self._waiting.append(turn)
+        await turn
+
+    def _next(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._end = loop.time() + _SLICE
+        for _ in range(min(self._least, len(self._waiting))):
+            turn = self._waiting.popleft()
+            if not turn.done():
+                turn.set_result(None)
+        if self._waiting:
+            loop.call_soon(self._next)
 
 
 class _Connection(ServerConnection):

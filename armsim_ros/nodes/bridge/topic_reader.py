@@ -1,6 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Subscriptions in a wait set and a thread of their own, apart from services and actions."""
+"""
+Subscriptions in a wait set and a thread of their own, apart from services and actions.
+
+A large message holds others up in two places. rclpy's own function copies it twice while no other
+thread runs: for a tenth of a second where it has 50 MB. The same function of rcl, called by
+ctypes, lets them run. And the middleware receives all topics of a context in one thread, which
+waits until such a copy is made. So topics whose messages may be so large get a context of their
+own.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +16,30 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
+import ctypes
+from functools import cache, partial
 import threading
 from typing import Any
 
+import numpy as np
 from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from armsim_ros.nodes.bridge.outbox import LARGE, MOST_LARGE, MOST_SMALL
-from armsim_ros.nodes.bridge.taking import take
+from armsim_ros.clients.ros_client import RosClient
+from armsim_ros.nodes.bridge.client import LARGE, MOST_LARGE, MOST_SMALL
+from armsim_ros.nodes.bridge.conversion.fields import CODES, fields_of, Shape
+from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
 #: How long the thread may take to end [s].
 _END = 5.0
+#: From this size on a message is copied by numpy, which lets other threads run [bytes].
+_COPIED_ASIDE = 1 << 20
+_OK, _NOTHING = 0, 401
+_Pointer = ctypes.c_void_p
 
 Batch = list[tuple[Any, bytes | memoryview]]
 
@@ -34,14 +50,15 @@ class TopicReader:
 
     A topic whose newest message was not small is read beside the others.
 
-    :param node: that subscribes.
-    :param schedule: runs a function in the thread of the sockets, soon.
-    :param deliver: gets a batch there: keys of subscriptions with messages, in order.
+    :param link: whose node subscribes.
+    :param deliver: gets a batch in the thread of the sockets: keys with messages, in order.
+    :param own: node that subscribes instead of the link's.
     """
 
-    def __init__(self, node: Node, schedule: Callable[[Callable[[], None]], None],
-                 deliver: Callable[[Batch], None]) -> None:
-        self._node, self._schedule, self._deliver = node, schedule, deliver
+    def __init__(self, link: BridgeLink, deliver: Callable[[Batch], None],
+                 own: RosClient | None = None) -> None:
+        self._link, self._deliver, self._own = link, deliver, own
+        self._node = node = (own or link).node
         self._group = OutsideExecutors()
         self._guard = GuardCondition(None, None, node.context)
         self._subscriptions: dict[Any, Subscription] = {}
@@ -51,6 +68,8 @@ class TopicReader:
         self._small: set[Any] = set()
         self._busy: set[Any] = set()
         self._aside = ThreadPoolExecutor(2, 'large topics')
+        self._apart: TopicReader | None = None
+        self._read_apart: set[Any] = set()
         self._count = 0
         self._scheduled = False
         self._closing = False
@@ -59,16 +78,11 @@ class TopicReader:
 
     def add(self, key: Any, kind: type[Any], topic: str, profile: QoSProfile) -> Future[None]:
         """Subscribe; what had this key before is gone then."""
-        def work() -> None:
-            self._destroy(key)
-            self._subscriptions[key] = self._node.create_subscription(
-                kind, topic, lambda _: None, profile, callback_group=self._group, raw=True)
-
-        return self._in_thread(work)
+        return self._in_thread(partial(self._add, key, kind, topic, profile))
 
     def remove(self, key: Any) -> Future[None]:
         """Unsubscribe."""
-        return self._in_thread(lambda: self._destroy(key))
+        return self._in_thread(partial(self._remove, key))
 
     def close(self) -> None:
         """End the thread and all subscriptions."""
@@ -76,6 +90,9 @@ class TopicReader:
         self._trigger()
         self._thread.join(_END)
         self._aside.shutdown(wait=False)
+        for each in (self._apart, self._own):
+            if each is not None:
+                each.close()
 
     def _in_thread(self, work: Callable[[], None]) -> Future[None]:
         done: Future[None] = Future()
@@ -94,6 +111,29 @@ class TopicReader:
 
     def _trigger(self) -> None:
         self._guard.trigger()
+
+    def _add(self, key: Any, kind: type[Any], topic: str, profile: QoSProfile) -> None:
+        self._remove(key)
+        if self._own is None and _may_be_large(kind):
+            if self._apart is None:
+                client = RosClient(
+                    f'_{self._node.get_name()}_large', self._link.ros_args,
+                    domain=self._node.context.get_domain_id(), use_global_arguments=False)
+                self._apart = TopicReader(self._link, self._deliver, client)
+            self._read_apart.add(key)
+            self._apart.add(key, kind, self._node.resolve_topic_name(topic), profile).result()
+            return
+        self._subscriptions[key] = self._node.create_subscription(
+            kind, topic, lambda _: None, profile, callback_group=self._group, raw=True)
+
+    def _remove(self, key: Any) -> None:
+        self._destroy(key)
+        if self._apart is not None and key in self._read_apart:
+            self._read_apart.remove(key)
+            self._apart.remove(key)
+            if not self._read_apart:
+                self._aside.submit(self._apart.close)
+                self._apart = None
 
     def _destroy(self, key: Any) -> None:
         subscription = self._subscriptions.pop(key, None)
@@ -168,12 +208,65 @@ class TopicReader:
                 waiting.append((self._count, raw))
                 schedule, self._scheduled = not self._scheduled, True
             if schedule:
-                self._schedule(self._hand_over)
+                self._link.schedule(self._hand_over)
 
     def _hand_over(self) -> None:
         with self._lock:
             read, self._read, self._scheduled = self._read, {}, False
-        batch = sorted((number, key, raw) for key, waiting in read.items()
-                       for number, raw in waiting) if len(read) > 1 else [
-            (number, key, raw) for key, waiting in read.items() for number, raw in waiting]
-        self._deliver([(key, raw) for _, key, raw in batch])
+        self._deliver([(key, raw) for _, key, raw in sorted(
+            (number, key, raw) for key, waiting in read.items() for number, raw in waiting)])
+
+
+def _may_be_large(kind: type[Any]) -> bool:
+    """Return whether a message has bytes without a bound, as pictures, clouds and maps have."""
+    return any(each.shape is Shape.SEQUENCE and not each.size
+               and CODES.get(each.basic) in ('b', 'B') for each in fields_of(kind).values())
+
+
+class _Allocator(ctypes.Structure):
+    """``rcutils_allocator_t``."""
+
+    _fields_ = tuple((name, _Pointer) for name in (
+        'allocate', 'deallocate', 'reallocate', 'zero_allocate', 'state'))
+
+
+class _Bytes(ctypes.Structure):
+    """``rcutils_uint8_array_t``."""
+
+    _fields_ = (('buffer', _Pointer), ('length', ctypes.c_size_t), ('capacity', ctypes.c_size_t),
+                ('allocator', _Allocator))
+
+
+@cache
+def _libraries() -> tuple[Any, Any]:
+    """Return rcl and rcutils, which rclpy has loaded."""
+    rcl, rcutils = ctypes.CDLL('librcl.so'), ctypes.CDLL('librcutils.so')
+    rcl.rcl_take_serialized_message.argtypes = [_Pointer, ctypes.POINTER(_Bytes), _Pointer,
+                                                _Pointer]
+    rcutils.rcutils_get_default_allocator.restype = _Allocator
+    return rcl, rcutils
+
+
+def take(handle: Any) -> bytes | memoryview | None:
+    """
+    Return the next message of a subscription, None where there is none.
+
+    :param handle: of the subscription; it stays alive meanwhile.
+    :raises RuntimeError: the middleware failed.
+    """
+    rcl, rcutils = _libraries()
+    found = _Bytes(allocator=rcutils.rcutils_get_default_allocator())
+    status = rcl.rcl_take_serialized_message(handle.pointer, ctypes.byref(found), None, None)
+    try:
+        if status == _NOTHING:
+            return None
+        if status != _OK:
+            raise RuntimeError(f'rcl_take_serialized_message failed with {status}')
+        if found.length < _COPIED_ASIDE:
+            return ctypes.string_at(found.buffer, found.length)
+        place = ctypes.cast(found.buffer, ctypes.POINTER(ctypes.c_uint8))
+        return np.ctypeslib.as_array(place, (found.length,)).copy().data
+    finally:
+        if status != _OK:
+            rcutils.rcutils_reset_error()
+        rcutils.rcutils_uint8_array_fini(ctypes.byref(found))

@@ -11,11 +11,10 @@ from typing import Any
 
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
-from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.client import Client, Sample
 from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.interfaces import full_name
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.outbox import Sample
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
 
@@ -132,7 +131,7 @@ class Topics:
         self._making: dict[str, asyncio.Task[Stream]] = {}
         self._of: dict[Client, dict[str, tuple[Stream, Listener]]] = {}
         self._renewal: asyncio.Task[None] | None = None
-        self._reader = TopicReader(link.node, link.schedule, self._deliver)
+        self._reader = TopicReader(link, self._deliver)
 
     def close(self) -> None:
         """Unsubscribe from all."""
@@ -141,11 +140,7 @@ class Topics:
         self._reader.close()
 
     async def subscribe(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``subscribe``.
-
-        :raises RefusalError: no such topic or type, or it has another type.
-        """
+        """Serve ``subscribe``."""
         options = _options(message)
         topic, type_name = message['topic'], message.get('type') or ''
         name = self._link.expand(topic)
@@ -166,11 +161,7 @@ class Topics:
             listener.offer(sample, now)
 
     async def unsubscribe(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``unsubscribe``; without an id, of all ids.
-
-        :raises RefusalError: as a warning, there is no such subscription.
-        """
+        """Serve ``unsubscribe``; without an id, of all ids."""
         topic, key = message['topic'], message.get('id')
         found = self._of.get(client, {}).get(topic)
         if found is None:

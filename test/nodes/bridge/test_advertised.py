@@ -10,9 +10,8 @@ import pytest
 from std_srvs.srv import SetBool
 from tf2_msgs.action import LookupTransform
 
-from armsim_ros.nodes.bridge import advertised_actions
-from armsim_ros.nodes.bridge.advertised_actions import AdvertisedActions
-from armsim_ros.nodes.bridge.advertised_services import AdvertisedServices
+from armsim_ros.nodes.bridge import advertised
+from armsim_ros.nodes.bridge.advertised import AdvertisedActions, AdvertisedServices
 from armsim_ros.nodes.bridge.refusal import RefusalError
 
 
@@ -146,8 +145,8 @@ def test_a_goal_ends_as_its_client_says(monkeypatch, answer, outcome):
         made.append((*arguments, cancel_callback))
         return SimpleNamespace(destroy=lambda: made.append('destroyed'))
 
-    monkeypatch.setattr(advertised_actions, 'ActionServer', server)
-    monkeypatch.setattr(advertised_actions, '_LAST_RESULTS', 0.0)
+    monkeypatch.setattr(advertised, 'ActionServer', server)
+    monkeypatch.setattr(advertised, '_LAST_RESULTS', 0.0)
 
     async def run():
         client, goal = Client(), Goal()

@@ -11,8 +11,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String, UInt8MultiArray
 
-from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.outbox import Outbox, Sample
+from armsim_ros.nodes.bridge.client import Client, Outbox, Sample
 from armsim_ros.nodes.bridge.topics import Listener, Options
 
 
@@ -90,7 +89,7 @@ def test_a_large_answer_is_encoded_beside_other_work(size):
 
     async def run():
         asyncio.get_running_loop().call_soon(turns.append, 'other')
-        await client.answer_with({'id': 5}, {'op': 'service_response'},
+        await client.answer({'id': 5}, {'op': 'service_response'},
                                  UInt8MultiArray(data=bytes(size)))
         return list(turns), b''.join(await client.outbox.take())
 

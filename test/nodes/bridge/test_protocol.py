@@ -10,16 +10,16 @@ from unittest.mock import Mock
 import pytest
 
 from armsim_ros.cli.arguments import UsageError
+from armsim_ros.nodes.bridge.calls import Goals
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.goals import Goals
-from armsim_ros.nodes.bridge.permissions import Permissions
+from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
 from armsim_ros.nodes.bridge.refusal import RefusalError
-from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
 from armsim_ros.nodes.bridge.settings import (
     BridgeSettings,
     help_text,
     parse_bridge_arguments,
+    Permissions,
     read_settings,
 )
 
@@ -111,7 +111,7 @@ def test_parameters_have_patterns_of_their_own():
     """What matches none is not read (rosapi's params_glob)."""
     link = SimpleNamespace(expand=lambda name: name)
     with pytest.raises(RefusalError, match='params_glob is \\[/arm:\\*\\]'):
-        asyncio.run(Parameters(link, ('/arm:*',)).get('/move_group:name'))
+        asyncio.run(Parameters(link, ('/arm:*',)).value('/move_group:name'))
 
 
 def settings_of(*words):

@@ -15,8 +15,7 @@ from rclpy.task import Future
 from rosapi_msgs.srv import TopicType
 from std_msgs.msg import Int32, String
 
-from armsim_ros.nodes.bridge.rosapi.node import service_name
-from armsim_ros.nodes.bridge.rosapi.typedefs import typedefs
+from armsim_ros.nodes.bridge.rosapi import service_name, typedefs
 
 #: For what the graph brings [s].
 PATIENCE = 15.0

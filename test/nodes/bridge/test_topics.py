@@ -141,6 +141,29 @@ def test_a_picture_nobody_reads_does_not_hold_others_up(talk, bridge, peer, join
     assert used() - before < 60 << 20
 
 
+def test_topics_of_large_messages_are_read_apart(talk, peer):
+    """By a hidden node, whose receiving holds no other topic up; it is there while needed."""
+    def wait_for(condition):
+        deadline = time.monotonic() + 10.0
+        while not condition():
+            assert time.monotonic() < deadline
+            threading.Event().wait(0.02)
+
+    hidden = '_rosbridge_websocket_large'
+    client = talk()
+    for name in ('/cloud', '/map'):
+        clouds = peer.create_publisher(CompressedImage, name, LATCHED)
+        clouds.publish(CompressedImage(format=name, data=bytes(2_000_000)))
+        client.send('subscribe', topic=name)
+        assert client.receive()['msg']['format'] == name
+    assert hidden in peer.get_node_names()
+    client.send('unsubscribe', topic='/cloud')
+    clouds.publish(CompressedImage(format='later'))
+    assert client.receive()['msg']['format'] == 'later'
+    client.send('unsubscribe', topic='/map')
+    wait_for(lambda: hidden not in peer.get_node_names())
+
+
 def test_types_that_differ_are_named(talk, joint_states):
     """Subscribing and advertising with another type than the graph's is refused."""
     client = talk()

@@ -5,7 +5,7 @@
 import asyncio
 import time
 
-from armsim_ros.nodes.bridge.turns import Turns
+from armsim_ros.nodes.bridge.server import Turns
 
 
 def test_busy_clients_hold_nobody_up():

@@ -8,8 +8,7 @@ from unittest.mock import Mock
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from armsim_ros.nodes.bridge.server import _Connection
-from armsim_ros.nodes.bridge.turns import Turns
+from armsim_ros.nodes.bridge.server import _Connection, Turns
 
 
 def test_a_large_frame_waits_for_its_client_and_a_ping_waits_for_the_frame():

@@ -8,6 +8,7 @@ import asyncio
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cache, partial
 import secrets
 import time
 import traceback
@@ -15,25 +16,21 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import foxglove
-from foxglove.websocket import Capability
+from foxglove.websocket import Capability, ServerListener
 from rclpy.qos import QoSDurabilityPolicy
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.bridge.foxglove.commands import Commands
-from armsim_ros.nodes.bridge.foxglove.listener import Listener
-from armsim_ros.nodes.bridge.foxglove.parameters import SharedParameters
-from armsim_ros.nodes.bridge.foxglove.schemas import topic_schema
+from armsim_ros.nodes.bridge.foxglove.commands import Commands, ENCODING, SharedParameters
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
-from armsim_ros.nodes.bridge.permissions import Permissions
-from armsim_ros.nodes.bridge.rosapi.graph import Graph
-from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
+from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
-from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
 from armsim_ros.nodes.serving.access import Gate
 from armsim_ros.nodes.serving.ports import ServingError
+from armsim_ros.recording.message_definitions import message_definition
 
 #: How often changes of the graph are noticed [s].
 _RENEWAL = 0.5
@@ -56,9 +53,9 @@ class Topic:
     newest: bytes = b''
 
 
-class FoxgloveServer:
+class FoxgloveServer(ServerListener):
     """
-    Serves until it is closed.
+    Serves until it is closed; the callbacks come in threads of the SDK.
 
     The SDK checks no Host, Origin or token. So it listens at a random loopback address, which no
     page can find, and a gate with the rules of the bridge passes connections on to it.
@@ -70,21 +67,19 @@ class FoxgloveServer:
     def __init__(self, link: BridgeLink, settings: BridgeSettings, token: str,
                  files: PackageFiles) -> None:
         self._link, self._settings, self._token, self._files = link, settings, token, files
-        self.schedule = link.schedule
         self._permissions = Permissions.of(settings)
         self._controls = settings.foxglove == 'control'
         self._port = settings.foxglove_port
         self._gate: Gate | None = None
         self._recording: Any = None
-        self._graph = Graph(link)
         self._context = foxglove.Context()
         self._topics: dict[str, Topic] = {}
         self._shows_graph = False
         self._server: Any = None
-        self._commands: Commands | None = None
+        self._commands = Commands(link, self._permissions)
         self._renewal: asyncio.Task[None] | None = None
-        self._reader = TopicReader(link.node, link.schedule, self._deliver)
-        self.parameters = SharedParameters(
+        self._reader = TopicReader(link, self._deliver)
+        self._parameters = SharedParameters(
             link, Parameters(link, settings.params_glob),
             lambda values: self._server.publish_parameter_values(values),
             lambda text: self._server.publish_status(text, foxglove.StatusLevel.Error))
@@ -111,12 +106,11 @@ class FoxgloveServer:
             capabilities.append(Capability.Time)
         if self._controls:
             capabilities += [Capability.ClientPublish, Capability.Services]
-            self._commands = Commands(self._link, self._permissions)
         host = f'127.{_byte()}.{_byte()}.{_byte()}'
         self._server = foxglove.start_server(
             name='armsim', host=host, port=0,
             capabilities=capabilities, supported_encodings=['cdr', 'json'],
-            server_listener=Listener(self, self._commands), asset_handler=self._asset,
+            server_listener=self, asset_handler=self._asset,
             context=self._context)
         rules = bridge_rules(settings, self._token, self._port,
                              origins=_APP if self._controls else (*_APP, _DESKTOP))
@@ -134,14 +128,65 @@ class FoxgloveServer:
         if self._renewal is not None:
             self._renewal.cancel()
         self._reader.close()
-        if self._commands is not None:
-            self._commands.close()
+        self._commands.close()
         if self._server is not None:
             self._server.stop()
         if self._recording is not None:
             self._recording.close()
 
-    def subscribe(self, name: str, reader: Any) -> None:
+    def on_subscribe(self, client: Any, channel: Any) -> None:
+        """Read a topic for a client."""
+        self._link.schedule(partial(self._subscribe, channel.topic, client.id))
+
+    def on_unsubscribe(self, client: Any, channel: Any) -> None:
+        """Read a topic for a client no more."""
+        self._link.schedule(partial(self._unsubscribe, channel.topic, client.id))
+
+    def on_get_parameters(self, client: Any, param_names: list[str],
+                          request_id: str | None = None) -> list[Any]:
+        """Return parameters, all where no names are given."""
+        return self._wait(self._parameters.read(param_names)) or []
+
+    def on_set_parameters(self, client: Any, parameters: list[Any],
+                          request_id: str | None = None) -> list[Any]:
+        """Set parameters where that is allowed, and return what they are then."""
+        if self._controls:
+            self._wait(self._parameters.write(parameters))
+        return self.on_get_parameters(client, [each.name for each in parameters])
+
+    def on_parameters_subscribe(self, param_names: list[str]) -> None:
+        """Publish these parameters as they change."""
+        self._link.schedule(partial(self._parameters.follow, param_names))
+
+    def on_parameters_unsubscribe(self, param_names: list[str]) -> None:
+        """Publish these parameters no more."""
+        self._link.schedule(partial(self._parameters.forget, param_names))
+
+    def on_connection_graph_subscribe(self) -> None:
+        """Publish the connection graph."""
+        self._shows_graph = True
+
+    def on_connection_graph_unsubscribe(self) -> None:
+        """Publish the connection graph no more."""
+        self._shows_graph = False
+
+    def on_client_advertise(self, client: Any, channel: Any) -> None:
+        """Make a publisher."""
+        if self._controls:
+            self._link.schedule(partial(
+                self._commands.advertise, (client.id, channel.id), channel.topic,
+                channel.schema_name, channel.encoding))
+
+    def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
+        """Take a publisher away."""
+        self._link.schedule(partial(
+            self._commands.unadvertise, (client.id, client_channel_id)))
+
+    def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
+        """Publish."""
+        self._link.schedule(partial(self._commands.publish, (client.id, client_channel_id), data))
+
+    def _subscribe(self, name: str, reader: Any) -> None:
         """
         Read a topic, and send the newest sample of a latched topic again.
 
@@ -164,7 +209,7 @@ class FoxgloveServer:
         topic.is_latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
         self._reader.add(name, kind, name, profile)
 
-    def unsubscribe(self, name: str, reader: Any) -> None:
+    def _unsubscribe(self, name: str, reader: Any) -> None:
         """Read a topic no more, where no reader is left."""
         topic = self._topics.get(name)
         if topic is not None and reader in topic.readers:
@@ -172,20 +217,6 @@ class FoxgloveServer:
             if not topic.readers:
                 topic.newest = b''
                 self._reader.remove(name)
-
-    def show_graph(self, shown: bool) -> None:
-        """Publish the connection graph from now on, or no more."""
-        self._shows_graph = shown
-
-    def read_parameters(self, names: list[str]) -> list[Any]:
-        """Return parameters, all where no names are given; from a thread of the SDK."""
-        return self._wait(self.parameters.read(names)) or []
-
-    def set_parameters(self, changed: list[Any]) -> list[Any]:
-        """Set parameters where that is allowed, and return what they are then."""
-        if self._controls:
-            self._wait(self.parameters.write(changed))
-        return self.read_parameters([parameter.name for parameter in changed])
 
     def _asset(self, uri: str) -> bytes | None:
         parts = urlsplit(uri)
@@ -216,7 +247,7 @@ class FoxgloveServer:
 
     def _follow_graph(self) -> None:
         """Let channels come and go with the topics of the graph."""
-        present = {name: type_name for name, type_name in self._graph.topics().items()
+        present = {name: type_name for name, type_name in self._link.topics().items()
                    if self._permissions.allows('subscribe', 'topic', name)}
         for name in [name for name, topic in self._topics.items()
                      if present.get(name) != topic.type_name]:
@@ -226,13 +257,13 @@ class FoxgloveServer:
         for name, type_name in present.items():
             if name not in self._topics:
                 self._topics[name] = Topic(type_name, foxglove.Channel(
-                    name, message_encoding='cdr', schema=topic_schema(type_name),
+                    name, message_encoding='cdr', schema=_schema(type_name),
                     context=self._context))
                 if any(fnmatchcase(name, pattern) for pattern in self._settings.mcap_topics):
-                    self.subscribe(name, _RECORDING)
-        if self._commands is not None:
+                    self._subscribe(name, _RECORDING)
+        if self._controls:
             self._commands.renew(self._server, {
-                name: type_name for name, type_name in self._graph.services().items()
+                name: type_name for name, type_name in self._link.services().items()
                 if self._permissions.allows('call_service', 'service', name)})
         if self._shows_graph:
             self._server.publish_connection_graph(self._connections())
@@ -246,10 +277,10 @@ class FoxgloveServer:
         for add, publish in ((graph.set_subscribed_topic, False),
                              (graph.set_published_topic, True)):
             for name in self._topics:
-                if nodes := self._graph.ends(name, publish=publish):
+                if nodes := self._link.ends(name, publish=publish):
                     add(name, nodes)
-        for node in self._graph.nodes():
-            for name in self._graph.node_details(node)[2]:
+        for node in self._link.nodes():
+            for name in self._link.node_details(node)[2]:
                 serving.setdefault(name, []).append(node)
         for name, nodes in serving.items():
             graph.set_advertised_service(name, nodes)
@@ -267,6 +298,16 @@ class FoxgloveServer:
 
     def _uses_sim_time(self) -> bool:
         return bool(self._link.node.get_parameter('use_sim_time').value)
+
+
+@cache
+def _schema(type_name: str) -> foxglove.Schema | None:
+    """Return the schema of a message type, None where its definition is not installed."""
+    try:
+        text = message_definition(type_name)
+    except (ArmsimError, OSError, ValueError):
+        return None
+    return foxglove.Schema(name=type_name, encoding=ENCODING, data=text.encode())
 
 
 def _byte() -> int:

@@ -1,11 +1,11 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Goals that clients send: ``send_action_goal``, ``cancel_action_goal``."""
+"""What clients use: ``call_service``, ``send_action_goal``, ``cancel_action_goal``."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from dataclasses import dataclass
 import time
 from typing import Any
@@ -15,12 +15,12 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.aside import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import values_of
+from armsim_ros.nodes.bridge.conversion.incoming import message_of
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import Level, RefusalError
-from armsim_ros.nodes.bridge.rosapi.graph import Graph
 
+#: Name of a service of this process -> its type, and what answers it.
+LocalServices = Mapping[str, tuple[type[Any], Callable[[Any], Awaitable[Any]]]]
 #: How long a goal of a client that has left can still be cancelled [s].
 _MEMORY = 600.0
 _REJECTED = 'the server rejected the goal'
@@ -28,6 +28,58 @@ _REJECTED = 'the server rejected the goal'
 _LOG = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 #: How long the log may take to arrive [s].
 _PATIENCE = 0.7
+
+
+class ServiceCalls:
+    """
+    Calls of all clients, any number at a time.
+
+    :param local: services that are answered without the middleware.
+    :param patience: the longest wait where a call names none; 0 for ever [s].
+    """
+
+    def __init__(self, link: BridgeLink, local: LocalServices, patience: float) -> None:
+        self._link, self._local, self._patience = link, local, patience
+        self._kinds: dict[str, type[Any]] = {}
+
+    async def call(self, client: Client, message: dict[str, Any]) -> None:
+        """Serve ``call_service``."""
+        service = message['service']
+        name = self._link.expand(service, service=True)
+        patience = float(message.get('timeout') or self._patience)
+        try:
+            response = await asyncio.wait_for(self._response(name, message.get('args')),
+                                              patience or None)
+        except (asyncio.TimeoutError, TimeoutError):
+            raise RefusalError(f'no answer within {patience:g} s') from None
+        await client.answer(
+            message, {'op': 'service_response', 'service': service, 'result': True}, response,
+            compression='png' if message.get('compression') == 'png' else 'none',
+            adapt=_with_old_names if name in self._local else lambda values: values)
+
+    async def _response(self, name: str, args: Any) -> Any:
+        values = {} if args is None else args
+        if name in self._local:
+            kind, respond = self._local[name]
+            return await respond(await message_of(kind.Request, values, self._link.now))
+        kind = await self._kind(name)
+        request = await message_of(kind.Request, values, self._link.now)
+        return await self._link.call_when_ready(kind, name, request)
+
+    async def _kind(self, name: str) -> type[Any]:
+        """Return a service's class; it is not searched for again while it is served."""
+        kind = self._kinds.get(name)
+        if kind is None or not self._link.serves(kind, name):
+            found = await self._link.service_type(name)
+            kind = self._kinds[name] = await self._link.load(found, 'srv')
+        return kind
+
+
+def _with_old_names(values: Any) -> Any:
+    """Add the names of ROS 1 to the time, which roslibpy reads."""
+    if set(values) == {'time'}:
+        values['time'] |= {'secs': values['time']['sec'], 'nsecs': values['time']['nanosec']}
+    return values
 
 
 @dataclass(eq=False)
@@ -60,11 +112,7 @@ class Goals:
         task.add_done_callback(self._tasks.discard)
 
     async def cancel(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``cancel_action_goal``: of an own goal, else of the only goal of this id.
-
-        :raises RefusalError: as a warning, there is none, or several clients have this id.
-        """
+        """Serve ``cancel_action_goal``: of an own goal, else of the only goal of this id."""
         action, key = self._link.expand(message['action']), message.get('id')
         known = [goal for goal in self._goals if goal.action == action
                  and (key is None or goal.key == key)]
@@ -91,11 +139,7 @@ class Goals:
             task.cancel()
 
     async def send(self, client: Client, message: dict[str, Any]) -> None:
-        """
-        Serve ``send_action_goal`` until the goal has ended.
-
-        :raises ArmsimError: there is no such action, or the goal does not fit or was rejected.
-        """
+        """Serve ``send_action_goal`` until the goal has ended."""
         action = self._link.expand(message['action'])
         kind = await self._link.load(message['action_type'], 'action')
         request = await message_of(kind.Goal, message.get('args') or {}, self._link.now)
@@ -103,7 +147,8 @@ class Goals:
         feedback = None
         if message.get('feedback'):
             def feedback(values: Any) -> None:
-                self._link.schedule(lambda: self._feedback(client, message, values))
+                self._link.schedule(lambda: client.start(client.answer(
+                    message, {'op': 'action_feedback', 'action': message['action']}, values)))
         sent = time.time_ns()
         run = self._link.goal(kind, action, request, feedback)
         goal = Goal(client, action, message.get('id'), run)
@@ -115,7 +160,7 @@ class Goals:
         if found is None:
             reason = await logged_error(self._link, action, sent)
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
-        await client.answer_with(message, {
+        await client.answer(message, {
             'op': 'action_result', 'action': message['action'], 'status': found.status,
             'result': True}, found.result)
 
@@ -129,10 +174,6 @@ class Goals:
             missing = 0 if self._link.serves(kind, action, action=True) else missing + 1
         raise RefusalError('the server has gone without a result')
 
-    def _feedback(self, client: Client, message: dict[str, Any], values: Any) -> None:
-        client.answer(message, {'op': 'action_feedback', 'action': message['action'],
-                                'values': values_of(values)})
-
 
 async def logged_error(link: BridgeLink, action: str, since: int) -> str:
     """
@@ -144,7 +185,7 @@ async def logged_error(link: BridgeLink, action: str, since: int) -> str:
     :param since: what is older is another's [ns], of the system's clock.
     """
     servers = [node.strip('/').replace('/', '.')
-               for node in Graph(link).providers([f'{action}/_action/send_goal'])]
+               for node in link.providers([f'{action}/_action/send_goal'])]
     found: asyncio.Future[str] = link.loop.create_future()
 
     def settle(text: str) -> None:

@@ -15,10 +15,9 @@ from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
-from armsim_ros.errors import ArmsimError, nearest
+from armsim_ros.errors import nearest
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.refusal import RefusalError
-from armsim_ros.nodes.serving.json_text import to_json
 
 #: How long a node may take to answer [s].
 _PATIENCE = 1.0
@@ -35,14 +34,6 @@ class Parameters:
     def __init__(self, link: BridgeLink, patterns: Sequence[str]) -> None:
         self._link, self._patterns = link, patterns
 
-    async def get(self, full_name: str) -> str:
-        """
-        Return a value as JSON.
-
-        :raises RefusalError: there is no such node or parameter.
-        """
-        return to_json(await self.value(full_name))
-
     async def value(self, full_name: str) -> Any:
         """
         Return a value; an array of bytes as integers.
@@ -54,14 +45,6 @@ class Parameters:
         if value.type == ParameterType.PARAMETER_NOT_SET:
             raise RefusalError(await self._no_such(node, name))
         return plain_value(value)
-
-    async def exists(self, full_name: str) -> bool:
-        """Return whether a node has a parameter."""
-        try:
-            await self.get(full_name)
-        except ArmsimError:
-            return False
-        return True
 
     async def set(self, full_name: str, text: str) -> None:
         """

@@ -1,11 +1,17 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node ``rosapi`` and its services; clients of the bridge use them without the middleware."""
+"""
+The node ``rosapi``: services with which clients explore the graph.
+
+Clients of the bridge use them without the middleware.
+"""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import partial
 import inspect
 import os
 import re
@@ -13,25 +19,35 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 from rosapi_msgs import srv
+from rosapi_msgs.msg import TypeDef
 from rosbridge_msgs.msg import ConnectedClient, ConnectedClients
 from std_msgs.msg import Int32
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.conversion.fields import fields_of, FieldType, Kind, Shape
+from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.interfaces import full_name, installed, load
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.rosapi.graph import Graph
-from armsim_ros.nodes.bridge.rosapi.parameters import Parameters
-from armsim_ros.nodes.bridge.rosapi.typedefs import typedefs
+from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.polling_node import GuardedNode
+from armsim_ros.nodes.serving.json_text import to_json
 from armsim_ros.recording.message_definitions import message_definition
 
 #: Names of services that do not follow from their types.
 _NAMES = {'GetActionServers': 'action_servers', 'GetROSVersion': 'get_ros_version'}
+#: Service type -> the group of the types that it describes, and the part of them.
+_DETAILS = {
+    'MessageDetails': ('msg', ''), 'ServiceRequestDetails': ('srv', 'Request'),
+    'ServiceResponseDetails': ('srv', 'Response'), 'ActionGoalDetails': ('action', 'Goal'),
+    'ActionResultDetails': ('action', 'Result'), 'ActionFeedbackDetails': ('action', 'Feedback')}
+#: Type of IDL -> its name in definitions of messages.
+_BASIC = {'boolean': 'bool', 'octet': 'byte', 'float': 'float32', 'double': 'float64'}
 _WORD = re.compile(r'(?<!^)(?=[A-Z])')
 #: How long changes of the clients are gathered [s].
 _MOMENT = 0.05
@@ -50,7 +66,6 @@ class RosApi:
     def __init__(self, link: BridgeLink, settings: BridgeSettings, *, is_shared: bool = True
                  ) -> None:
         self._link = link
-        self._graph = Graph(link)
         self._parameters = Parameters(link, settings.params_glob)
         self._since: dict[Client, Time] = {}
         self.services: dict[str, tuple[type[Any], Respond]] = {}
@@ -73,8 +88,9 @@ class RosApi:
         self._showing = None
         shown = [ConnectedClient(ip_address=client.address, connection_time=since)
                  for client, since in self._since.items()]
-        count.publish(Int32(data=len(shown)))
-        list_of_all.publish(ConnectedClients(clients=shown))
+        with suppress(InvalidHandle):  # the program ends
+            count.publish(Int32(data=len(shown)))
+            list_of_all.publish(ConnectedClients(clients=shown))
 
     def _time(self) -> Time:
         seconds, nanoseconds = self._link.now()
@@ -106,25 +122,24 @@ class RosApi:
 
     def _answers(self) -> dict[str, Callable[[Any], Any]]:
         """Return service type -> the fields of its response."""
-        graph, parameters = self._graph, self._parameters
+        graph, parameters = self._link, self._parameters
         return {
-            'Topics': lambda _: {'topics': list(graph.topics()),
-                                 'types': list(graph.topics().values())},
+            'Topics': lambda _: dict(zip(('topics', 'types'), _columns(graph.topics()),
+                                         strict=True)),
             'TopicsAndRawTypes': self._raw_types,
             'TopicsForType': lambda request: {
                 'topics': _of_type(graph.topics(), request.type, 'msg')},
             'TopicType': lambda request: {
-                'type': graph.type_of(request.topic, self._link.topic_types())},
+                'type': graph.type_of(request.topic, graph.topic_types())},
             'Services': lambda _: {'services': list(graph.services())},
             'ServicesForType': lambda request: {
                 'services': _of_type(graph.services(), request.type, 'srv')},
             'ServiceType': lambda request: {
-                'type': graph.type_of(request.service, self._link.service_types())},
+                'type': graph.type_of(request.service, graph.service_types())},
             'ServiceNode': lambda request: {
                 'node': next(iter(graph.providers([request.service])), '')},
-            'ServiceProviders': lambda request: {
-                'providers': graph.providers(
-                    _of_type(graph.services(), request.service, 'srv'))},
+            'ServiceProviders': lambda request: {'providers': graph.providers(
+                _of_type(graph.services(), request.service, 'srv'))},
             'Nodes': lambda _: {'nodes': graph.nodes()},
             'NodeDetails': lambda request: dict(zip(
                 ('subscribing', 'publishing', 'services'), graph.node_details(request.node),
@@ -133,21 +148,14 @@ class RosApi:
                 'publishers': graph.ends(request.topic, publish=True)},
             'Subscribers': lambda request: {
                 'subscribers': graph.ends(request.topic, publish=False)},
-            'GetActionServers': lambda _: {'action_servers': self._link.action_names()},
+            'GetActionServers': lambda _: {'action_servers': graph.action_names()},
             'ActionType': lambda request: {'type': graph.type_of(
-                f'{request.action}/_action/send_goal', self._link.service_types()
+                f'{request.action}/_action/send_goal', graph.service_types()
                 ).removesuffix('_SendGoal')},
             'Interfaces': lambda _: {'interfaces': sorted(
                 f'{package}/{name}' for package, names in installed().items()
                 for name in names)},
-            'MessageDetails': lambda request: self._details(request.type, 'msg'),
-            'ServiceRequestDetails': lambda request: self._details(request.type, 'srv', 'Request'),
-            'ServiceResponseDetails': lambda request: self._details(
-                request.type, 'srv', 'Response'),
-            'ActionGoalDetails': lambda request: self._details(request.type, 'action', 'Goal'),
-            'ActionResultDetails': lambda request: self._details(request.type, 'action', 'Result'),
-            'ActionFeedbackDetails': lambda request: self._details(
-                request.type, 'action', 'Feedback'),
+            **{kind: partial(_details, *parts) for kind, parts in _DETAILS.items()},
             'GetParam': self._get_param,
             'SetParam': lambda request: _outcome(parameters.set(request.name, request.value)),
             'DeleteParam': lambda request: _outcome(parameters.delete(request.name)),
@@ -158,30 +166,32 @@ class RosApi:
                 'version': 2, 'distro': os.environ.get('ROS_DISTRO') or 'jazzy'},
         }
 
-    async def _details(self, type_name: str, group: str, part: str = '') -> dict[str, Any]:
-        try:
-            cls = await asyncio.to_thread(load, type_name, group)
-        except ArmsimError:
-            return {}
-        return {'typedefs': typedefs(getattr(cls, part) if part else cls)}
-
     async def _raw_types(self, _: Any) -> dict[str, Any]:
-        topics = self._graph.topics()
-        texts = await asyncio.to_thread(lambda: {kind: _text(kind) for kind in topics.values()})
-        return {'topics': list(topics), 'types': list(topics.values()),
-                'typedefs_full_text': [texts[kind] for kind in topics.values()]}
+        topics, types = _columns(self._link.topics())
+        texts = await asyncio.to_thread(lambda: {kind: _text(kind) for kind in types})
+        return {'topics': topics, 'types': types,
+                'typedefs_full_text': [texts[kind] for kind in types]}
 
     async def _get_param(self, request: Any) -> dict[str, Any]:
         try:
-            return {'value': await self._parameters.get(request.name), 'successful': True}
+            value = await self._parameters.value(request.name)
         except ArmsimError as error:
             return {'value': request.default_value or '""', 'reason': str(error)}
+        return {'value': to_json(value), 'successful': True}
 
     async def _has_param(self, request: Any) -> dict[str, Any]:
-        return {'exists': await self._parameters.exists(request.name)}
+        with suppress(ArmsimError):
+            await self._parameters.value(request.name)
+            return {'exists': True}
+        return {}
 
     async def _param_names(self, _: Any) -> dict[str, Any]:
         return {'names': await self._parameters.names()}
+
+
+def _columns(known: Mapping[str, str]) -> tuple[list[str], list[str]]:
+    """Return names, and the type of each."""
+    return list(known), list(known.values())
 
 
 def _of_type(known: Mapping[str, str], type_name: str, group: str) -> list[str]:
@@ -217,3 +227,54 @@ def _text(type_name: str) -> str:
         return message_definition(type_name)
     except (ArmsimError, OSError, ValueError):
         return ''
+
+
+async def _details(group: str, part: str, request: Any) -> dict[str, Any]:
+    """Describe the requested type; an unknown type has an empty answer."""
+    try:
+        cls = await asyncio.to_thread(load, request.type, group)
+    except ArmsimError:
+        return {}
+    return {'typedefs': typedefs(getattr(cls, part) if part else cls)}
+
+
+def typedefs(cls: type[Any]) -> list[TypeDef]:
+    """Return the description of a class, then those of all types in it, each once."""
+    return [_typedef(found) for found in _classes(cls, set())]
+
+
+def _classes(cls: type[Any], seen: set[type[Any]]) -> Iterator[type[Any]]:
+    seen.add(cls)
+    yield cls
+    for kind in fields_of(cls).values():
+        if kind.message is not None and kind.message not in seen:
+            yield from _classes(kind.message, seen)
+
+
+def _typedef(cls: type[Any]) -> TypeDef:
+    found = TypeDef(type=_short_name(cls))
+    defaults = values_of(cls())
+    for name, kind in fields_of(cls).items():
+        found.fieldnames.append(name)
+        found.fieldtypes.append(_field_name(kind))
+        found.fieldarraylen.append(
+            {Shape.SINGLE: -1, Shape.SEQUENCE: 0, Shape.FIXED: kind.size}[kind.shape])
+        empty = '{}' if kind.kind is Kind.MESSAGE else to_json(defaults[name])
+        found.examples.append('[]' if kind.shape is not Shape.SINGLE else empty)
+    for name in vars(type(cls)):  # constants are properties of the class's metaclass
+        if name.isupper() and not name.startswith('_') and not name.endswith('__DEFAULT'):
+            value = getattr(cls, name)
+            found.constnames.append(name)
+            found.constvalues.append(
+                str(value[0]) if isinstance(value, bytes) and value else str(value))
+    return found
+
+
+def _field_name(kind: FieldType) -> str:
+    if kind.message is not None:
+        return _short_name(kind.message)
+    return _BASIC.get(kind.basic, kind.basic) or 'string'
+
+
+def _short_name(cls: type[Any]) -> str:
+    return f'{cls.__module__.partition(".")[0]}/{cls.__name__}'
