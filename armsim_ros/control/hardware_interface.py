@@ -65,12 +65,8 @@ class UpdatePlan:
     __slots__ = ('acceleration', 'expected', 'position', 'velocity', 'weights')
 
     def __init__(
-        self,
-        position: Matrix,
-        velocity: Matrix,
-        acceleration: Matrix,
-        expected: Matrix,
-        weights: Vector,
+        self, position: Matrix, velocity: Matrix, acceleration: Matrix, expected: Matrix,
+        weights: Vector
     ) -> None:
         self.position, self.velocity, self.acceleration = position, velocity, acceleration
         self.expected, self.weights = expected, weights
@@ -88,12 +84,8 @@ class UpdatePlan:
     def window(self, place: slice) -> UpdatePlan:
         """Return the part of some joints."""
         return UpdatePlan(
-            self.position[:, place],
-            self.velocity[:, place],
-            self.acceleration[:, place],
-            self.expected[:, place],
-            self.weights[place],
-        )
+            self.position[:, place], self.velocity[:, place], self.acceleration[:, place],
+            self.expected[:, place], self.weights[place])
 
     def begin(self, command: JointArrays, feedforward: JointArrays) -> None:
         """Forget what was planned: the present commands stay in effect."""

@@ -45,17 +45,9 @@ class Actions:
     """
 
     def __init__(
-        self,
-        kind: ActionKind,
-        kinematics: KinematicModel,
-        joints: tuple[str, ...],
-        group: str,
-        tip: str,
-        world: Matrix,
-        *,
-        twist: tuple[float, float],
-        cups: tuple[str, ...],
-        period: float,
+        self, kind: ActionKind, kinematics: KinematicModel, joints: tuple[str, ...], group: str,
+        tip: str, world: Matrix, *, twist: tuple[float, float], cups: tuple[str, ...],
+        period: float
     ) -> None:
         self._kind, self._kinematics, self._period = kind, kinematics, period
         self._group, self.tip = group, tip

@@ -71,20 +71,11 @@ class ArmEnv(Env[Any, Any]):
     _noise: np.random.Generator
 
     def __init__(
-        self,
-        robot: str | Path | Cell = 'sunday',
-        *,
-        action: ActionKind = 'position',
-        period: float = 0.02,
-        group: str = '',
-        twist: tuple[float, float] = (0.25, 1.0),
-        randomize: Mapping[str, Any] | None = None,
-        end_on_stop: bool = False,
-        max_steps: int = 0,
-        render_mode: str | None = None,
-        view: Mapping[str, Any] | None = None,
-        world: str | Path | None = None,
-        overrides: Mapping[str, object] | None = None,
+        self, robot: str | Path | Cell = 'sunday', *, action: ActionKind = 'position',
+        period: float = 0.02, group: str = '', twist: tuple[float, float] = (0.25, 1.0),
+        randomize: Mapping[str, Any] | None = None, end_on_stop: bool = False, max_steps: int = 0,
+        render_mode: str | None = None, view: Mapping[str, Any] | None = None,
+        world: str | Path | None = None, overrides: Mapping[str, object] | None = None
     ) -> None:
         checked_choices({'action': (action, KINDS),
                          'render_mode': (render_mode, (None, *self.metadata['render_modes']))})

@@ -44,12 +44,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
     """
 
     def __init__(
-        self,
-        make: MakeEnv,
-        num_envs: int = 1,
-        *,
-        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        workers: int = 0,
+        self, make: MakeEnv, num_envs: int = 1, *,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP, workers: int = 0
     ) -> None:
         if num_envs < 1:
             raise ConfigError(Problem(f'num_envs={num_envs}', allowed='at least 1'))

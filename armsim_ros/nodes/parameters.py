@@ -183,11 +183,8 @@ class SettingsParameters(Generic[SettingsT]):
     """
 
     def __init__(
-        self,
-        node: Node,
-        settings: SettingsT,
-        changed: Callable[[SettingsT], None] | None = None,
-        objection: Callable[[SettingsT], str] | None = None,
+        self, node: Node, settings: SettingsT, changed: Callable[[SettingsT], None] | None = None,
+        objection: Callable[[SettingsT], str] | None = None
     ) -> None:
         """Declare all parameters; values from ``--ros-args`` win over the settings'."""
         self.settings = settings

@@ -158,13 +158,8 @@ class PollingNode(GuardedNode):
         super().__init__(name, **options)
 
     def poll(
-        self,
-        kind: Any,
-        topic: str,
-        receive: Callable[[Any], None],
-        profile: QoSProfile | int,
-        *,
-        raw: bool = False,
+        self, kind: Any, topic: str, receive: Callable[[Any], None], profile: QoSProfile | int, *,
+        raw: bool = False
     ) -> Subscription:
         """
         Subscribe to a topic that comes often.

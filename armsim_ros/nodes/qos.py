@@ -28,11 +28,8 @@ from armsim_ros.nodes import qos
 
 
 def _profile(
-    reliability: QoSReliabilityPolicy,
-    durability: QoSDurabilityPolicy,
-    depth: int,
-    history: QoSHistoryPolicy = QoSHistoryPolicy.KEEP_LAST,
-    **more: Duration,
+    reliability: QoSReliabilityPolicy, durability: QoSDurabilityPolicy, depth: int,
+    history: QoSHistoryPolicy = QoSHistoryPolicy.KEEP_LAST, **more: Duration
 ) -> QoSProfile:
     return QoSProfile(
         reliability=reliability, durability=durability, depth=depth, history=history, **more)
@@ -45,11 +42,8 @@ LATCHED = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_
 """Publishers of a text or state that late subscribers must get: robot_description, tf_static."""
 
 EVENTS = _profile(
-    QoSReliabilityPolicy.RELIABLE,
-    QoSDurabilityPolicy.TRANSIENT_LOCAL,
-    1,
-    lifespan=Duration(seconds=10),
-)
+    QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1,
+    lifespan=Duration(seconds=10))
 """
 Publishers of rare events, the last of which matters for a while to late subscribers:
 rejected_goals.
@@ -79,8 +73,7 @@ SERVICES = _profile(
 
 ACTION_SERVICES = dict.fromkeys(
     ('goal_service_qos_profile', 'result_service_qos_profile', 'cancel_service_qos_profile'),
-    SERVICES,
-)
+    SERVICES)
 """Arguments of an action server, for the same."""
 
 DESCRIPTION = _profile(QoSReliabilityPolicy.RELIABLE, QoSDurabilityPolicy.TRANSIENT_LOCAL, 1)

@@ -34,11 +34,8 @@ class OverloadWatch:
     """
 
     def __init__(
-        self,
-        program: str,
-        *,
-        read: Callable[[], Times] = lambda: thread_times(),
-        report: Callable[[str], None] = lambda line: _print(line),
+        self, program: str, *, read: Callable[[], Times] = lambda: thread_times(),
+        report: Callable[[str], None] = lambda line: _print(line)
     ) -> None:
         self.is_overloaded = False
         self._program = program

@@ -81,11 +81,8 @@ def check_parameters(
 
 
 def build_stream(
-    kinematics: KinematicModel,
-    scene: PlanningScene,
-    checker: CollisionChecker,
-    settings: ServoNodeSettings,
-    group: str,
+    kinematics: KinematicModel, scene: PlanningScene, checker: CollisionChecker,
+    settings: ServoNodeSettings, group: str
 ) -> tuple[ServoStream, list[str]]:
     """
     Return a stream of a planning group, and warnings about it.
@@ -102,11 +99,8 @@ def build_stream(
     bounds = _bounds(kinematics, target, parameters)
     smoothing, warnings = _smoothing(kinematics, target, settings, bounds)
     proximity = Proximity(
-        checker,
-        group,
-        parameters.self_collision_proximity_threshold,
-        parameters.scene_collision_proximity_threshold,
-    )
+        checker, group, parameters.self_collision_proximity_threshold,
+        parameters.scene_collision_proximity_threshold)
     return ServoStream(target, bounds, smoothing, proximity), warnings
 
 
@@ -116,19 +110,14 @@ def _bounds(
     indices = target.indices
     margins = np.broadcast_to(np.array(parameters.joint_limit_margins), len(indices))
     return JointBounds(
-        target.names,
-        kinematics.lower[indices] + margins,
-        kinematics.upper[indices] - margins,
+        target.names, kinematics.lower[indices] + margins, kinematics.upper[indices] - margins,
         _usable(kinematics.velocity_limits[indices], DEFAULT_VELOCITY),
-        _usable(kinematics.acceleration_limits[indices], DEFAULT_ACCELERATION),
-    )
+        _usable(kinematics.acceleration_limits[indices], DEFAULT_ACCELERATION))
 
 
 def _smoothing(
-    kinematics: KinematicModel,
-    target: TargetVelocity,
-    settings: ServoNodeSettings,
-    bounds: JointBounds,
+    kinematics: KinematicModel, target: TargetVelocity, settings: ServoNodeSettings,
+    bounds: JointBounds
 ) -> tuple[SmoothingFilter, list[str]]:
     parameters = settings.moveit_servo
     if not parameters.use_smoothing:

@@ -70,8 +70,7 @@ class JointBounds:
                           else (self.lower[joint], 'down'))
             finding = Finding(
                 ServoStatus.JOINT_BOUND,
-                f"joint '{self.names[joint]}' at {q[joint]:.4f}, allowed {way} to {bound:.4f}",
-            )
+                f"joint '{self.names[joint]}' at {q[joint]:.4f}, allowed {way} to {bound:.4f}")
         if not all_halt:
             return np.copysign(np.minimum(speed, fastest), velocity), finding
         share = float(np.min(fastest[too_fast] / speed[too_fast]))
@@ -160,11 +159,8 @@ def surely_below(jacobian: Matrix, bound: float) -> bool:
 
 
 def singularity_factor(
-    q: Vector,
-    twist: Vector,
-    jacobian: Matrix,
-    jacobian_at: Callable[[Vector], Matrix],
-    thresholds: SingularityThresholds,
+    q: Vector, twist: Vector, jacobian: Matrix, jacobian_at: Callable[[Vector], Matrix],
+    thresholds: SingularityThresholds
 ) -> tuple[float, Finding | None]:
     """
     Return the share of a motion's speed that a singularity leaves.

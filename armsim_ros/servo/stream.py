@@ -70,11 +70,8 @@ class ServoStream:
     """
 
     def __init__(
-        self,
-        target: TargetVelocity,
-        bounds: JointBounds,
-        smoothing: SmoothingFilter,
-        proximity: Proximity,
+        self, target: TargetVelocity, bounds: JointBounds, smoothing: SmoothingFilter,
+        proximity: Proximity
     ) -> None:
         """Start idle."""
         self.target = target
@@ -181,12 +178,8 @@ class ServoStream:
             findings.insert(0, Finding(found.code, detail))
 
     def _bounded(
-        self,
-        velocity: Vector,
-        cartesian: bool,
-        q: Vector,
-        parameters: ServoParameters,
-        findings: list[Finding],
+        self, velocity: Vector, cartesian: bool, q: Vector, parameters: ServoParameters,
+        findings: list[Finding]
     ) -> Vector:
         velocity = self.bounds.limit_speed(velocity, parameters.override_velocity_scaling_factor)
         all_halt = (

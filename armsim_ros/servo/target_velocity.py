@@ -109,19 +109,13 @@ class TargetVelocity:
         if not twist.any():
             return Wanted(np.zeros(len(self.indices)), True, findings)
         thresholds = SingularityThresholds(
-            parameters.lower_singularity_threshold,
-            parameters.hard_stop_singularity_threshold,
-            parameters.leaving_singularity_threshold_multiplier,
-            parameters.singularity_step_scale,
-        )
+            parameters.lower_singularity_threshold, parameters.hard_stop_singularity_threshold,
+            parameters.leaving_singularity_threshold_multiplier, parameters.singularity_step_scale)
         jacobian = self._jacobian(q)
         factor, finding = singularity_factor(
-            q[self._moving_indices],
-            self._scales * twist,
-            self._scales[:, None] * jacobian,
+            q[self._moving_indices], self._scales * twist, self._scales[:, None] * jacobian,
             lambda values: self._scales[:, None] * self._jacobian(self._with(q, values)),
-            thresholds,
-        )
+            thresholds)
         if finding is not None:
             findings = (*findings, finding)
         velocity = np.zeros(len(self.indices))

@@ -105,12 +105,8 @@ def build_simulation(
         places = (settings.locate('simulation', key) for key in START_KEYS)
         raise ConfigError(Problem(str(error), next(filter(None, places), None))) from None
     return Simulation(
-        model,
-        settings.simulation,
-        _foreign_world(settings) or settings.world,
-        gains={**finger_gains(settings, model), **servo_gains(settings)},
-        clock=clock,
-    )
+        model, settings.simulation, _foreign_world(settings) or settings.world,
+        gains={**finger_gains(settings, model), **servo_gains(settings)}, clock=clock)
 
 
 def _foreign_world(settings: RobotSettings) -> LoadedWorld | None:

@@ -26,12 +26,8 @@ class SimClock:
     """
 
     def __init__(
-        self,
-        step_ns: int,
-        start_ns: int = 0,
-        *,
-        paused: bool = False,
-        real_time_factor: float = 1.0,
+        self, step_ns: int, start_ns: int = 0, *, paused: bool = False,
+        real_time_factor: float = 1.0
     ) -> None:
         if step_ns <= 0:
             raise ValueError(f'step_ns must be positive, not {step_ns}')

@@ -83,13 +83,8 @@ class ControlLoop:
     """
 
     def __init__(
-        self,
-        simulation: Simulation,
-        controllers: Controllers,
-        update_rate: float,
-        *,
-        pacer: Pacer | None = None,
-        priority: int = 0,
+        self, simulation: Simulation, controllers: Controllers, update_rate: float, *,
+        pacer: Pacer | None = None, priority: int = 0
     ) -> None:
         self.simulation = simulation
         self.clock = simulation.clock

@@ -148,14 +148,9 @@ class Pacer:
     """
 
     def __init__(
-        self,
-        *,
-        clock: Callable[[], int] = time.monotonic_ns,
-        sleep: Callable[[float], None] = time.sleep,
-        spin_ns: int = 0,
-        catch_up_ns: int = 100_000_000,
-        catch_up_at_start_ns: int = 0,
-        alarm: Alarm | None = None,
+        self, *, clock: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[float], None] = time.sleep, spin_ns: int = 0,
+        catch_up_ns: int = 100_000_000, catch_up_at_start_ns: int = 0, alarm: Alarm | None = None
     ) -> None:
         self.alarm: Alarm = alarm or Bell()
         self._clock = clock
@@ -250,11 +245,5 @@ class Pacer:
         recent = np.array(self._lateness[:waits] or [0], dtype=np.int64)
         p50, p99 = np.percentile(recent, (50, 99))
         return PaceStatistics(
-            self._ticks,
-            int(p50),
-            int(p99),
-            int(recent.max()),
-            self._overruns,
-            int(self._dropped_ns),
-            self._pace,
-        )
+            self._ticks, int(p50), int(p99), int(recent.max()), self._overruns,
+            int(self._dropped_ns), self._pace)

@@ -60,13 +60,9 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     """
 
     def __init__(
-        self,
-        model: RobotModel,
-        settings: SimulationSettings | None = None,
-        world: WorldSettings | LoadedWorld | None = None,
-        *,
-        gains: Mapping[str, PidGains] | None = None,
-        clock: SimClock | None = None,
+        self, model: RobotModel, settings: SimulationSettings | None = None,
+        world: WorldSettings | LoadedWorld | None = None, *,
+        gains: Mapping[str, PidGains] | None = None, clock: SimClock | None = None
     ) -> None:
         super().__init__(model.movable_joints)
         self.settings = settings or SimulationSettings()
@@ -257,11 +253,8 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         self._moves = not self._servo.resting
         if self._moves:
             self._servo.plan(
-                plan.position[:updates, active],
-                plan.velocity[:updates, active],
-                plan.acceleration[:updates, active],
-                steps,
-            )
+                plan.position[:updates, active], plan.velocity[:updates, active],
+                plan.acceleration[:updates, active], steps)
 
     def follow_plan(self, updates: int) -> bool:
         """

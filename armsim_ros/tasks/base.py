@@ -78,19 +78,12 @@ class TaskEnv(ArmEnv):
     mark: ClassVar[str] = ''
 
     def __init__(
-        self,
-        robot: str | Path | Cell = 'sunday',
-        *,
-        action: ActionKind = 'position',
-        obs_type: ObsType = 'state',
-        cameras: Sequence[str] = ('front',),
-        image_size: tuple[int, int] = (96, 96),
-        period: float = 0.05,
+        self, robot: str | Path | Cell = 'sunday', *, action: ActionKind = 'position',
+        obs_type: ObsType = 'state', cameras: Sequence[str] = ('front',),
+        image_size: tuple[int, int] = (96, 96), period: float = 0.05,
         randomize: Literal['default', 'none'] | Mapping[str, Any] = 'default',
-        reward_type: Literal['sparse', 'dense'] = 'sparse',
-        render_mode: str | None = None,
-        max_episode_steps: int = 0,
-        normalize_actions: bool = True,
+        reward_type: Literal['sparse', 'dense'] = 'sparse', render_mode: str | None = None,
+        max_episode_steps: int = 0, normalize_actions: bool = True
     ) -> None:
         checked_choices({
             'obs_type': (obs_type, OBS_TYPES), 'reward_type': (reward_type, ('sparse', 'dense')),

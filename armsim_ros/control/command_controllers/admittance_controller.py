@@ -140,12 +140,8 @@ class AdmittanceRule:
         self.sensor_at_reference: Matrix = np.eye(4)
 
     def step(
-        self,
-        parameters: AdmittanceControllerParameters,
-        admittance: AdmittanceSettings,
-        reference: Vector,
-        wrench: Vector,
-        period: float,
+        self, parameters: AdmittanceControllerParameters, admittance: AdmittanceSettings,
+        reference: Vector, wrench: Vector, period: float
     ) -> None:
         """
         Yield for a period.

@@ -314,10 +314,8 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         return (f'{parameters.joint}/{POSITION}', *(name for name in bounds if name))
 
     def send_goal(
-        self,
-        positions: Sequence[float],
-        velocities: Sequence[float] = (),
-        efforts: Sequence[float] = (),
+        self, positions: Sequence[float], velocities: Sequence[float] = (),
+        efforts: Sequence[float] = ()
     ) -> GripperResponse:
         """
         Take a goal, which replaces a running goal, or refuse it.

@@ -159,12 +159,8 @@ class ArmStop:
     """
 
     def __init__(
-        self,
-        arm: ArmState,
-        model: RobotModel | None,
-        resources: Resources,
-        switches: SwitchExecution,
-        request_switch: Callable[[SwitchRequest], object],
+        self, arm: ArmState, model: RobotModel | None, resources: Resources,
+        switches: SwitchExecution, request_switch: Callable[[SwitchRequest], object]
     ) -> None:
         self.arm = arm
         #: What can stop the arm by itself; None where nothing does.

@@ -74,11 +74,9 @@ class ControllerManager:
     """
 
     def __init__(
-        self,
-        hardware: HardwareInterface,
-        parameters: ControllerManagerParameters,
+        self, hardware: HardwareInterface, parameters: ControllerManagerParameters,
         model: RobotModel | None = None,
-        arm: Callable[[EventQueue, Callable[[], object]], ArmState] = any_arm,
+        arm: Callable[[EventQueue, Callable[[], object]], ArmState] = any_arm
     ) -> None:
         self.parameters = parameters
         self.hardware = hardware
@@ -181,10 +179,8 @@ class ControllerManager:
         withdraw(controller, self.hardware)
 
     def request_switch(
-        self,
-        activate: Sequence[str] = (),
-        deactivate: Sequence[str] = (),
-        strictness: int = Strictness.STRICT,
+        self, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        strictness: int = Strictness.STRICT
     ) -> Future[SwitchResult]:
         """
         Ask the control loop for a switch.
@@ -197,10 +193,8 @@ class ControllerManager:
         return request.future
 
     def switch(
-        self,
-        activate: Sequence[str] = (),
-        deactivate: Sequence[str] = (),
-        strictness: int = Strictness.STRICT,
+        self, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        strictness: int = Strictness.STRICT
     ) -> SwitchResult:
         """
         Stop and start controllers in a single switch; for the control loop's own thread.

@@ -81,10 +81,8 @@ def withdraw(controller: AnyController, hardware: HardwareInterface) -> None:
 
 
 def start_obstacle(
-    controller: AnyController,
-    controllers: Iterable[AnyController],
-    starting: Sequence[str],
-    stopping: Sequence[str],
+    controller: AnyController, controllers: Iterable[AnyController], starting: Sequence[str],
+    stopping: Sequence[str]
 ) -> str:
     """
     Return why a controller cannot be activated in its chain, '' where it can.
@@ -104,10 +102,8 @@ def start_obstacle(
 
 
 def stop_obstacle(
-    controller: AnyController,
-    controllers: Iterable[AnyController],
-    starting: Sequence[str],
-    stopping: Sequence[str],
+    controller: AnyController, controllers: Iterable[AnyController], starting: Sequence[str],
+    stopping: Sequence[str]
 ) -> str:
     """
     Return why a controller cannot be deactivated in its chain, '' where it can.
@@ -202,10 +198,8 @@ def controller_info(
 
 
 def interface_infos(
-    hardware: HardwareInterface,
-    controllers: Iterable[Controller[Any]],
-    systems: Sequence[HardwareSystem] = (),
-    unavailable: Collection[str] = (),
+    hardware: HardwareInterface, controllers: Iterable[Controller[Any]],
+    systems: Sequence[HardwareSystem] = (), unavailable: Collection[str] = ()
 ) -> tuple[list[InterfaceInfo], list[InterfaceInfo]]:
     """
     Return command interfaces and state interfaces.

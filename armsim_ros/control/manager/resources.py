@@ -87,11 +87,8 @@ class Resources:
     """
 
     def __init__(
-        self,
-        hardware: HardwareInterface,
-        model: RobotModel | None,
-        parameters: ControllerManagerParameters,
-        events: EventQueue,
+        self, hardware: HardwareInterface, model: RobotModel | None,
+        parameters: ControllerManagerParameters, events: EventQueue
     ) -> None:
         self.hardware = hardware
         self.systems = model.hardware if model is not None else ()

@@ -121,12 +121,8 @@ class SwitchRequest:
     __slots__ = ('activate', 'deactivate', 'future', 'hardware_changed', 'strictness')
 
     def __init__(
-        self,
-        activate: Sequence[str] = (),
-        deactivate: Sequence[str] = (),
-        strictness: int = Strictness.BEST_EFFORT,
-        *,
-        hardware_changed: bool = False,
+        self, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        strictness: int = Strictness.BEST_EFFORT, *, hardware_changed: bool = False
     ) -> None:
         self.hardware_changed = hardware_changed
         self.activate = tuple(activate)
@@ -240,13 +236,8 @@ class SwitchExecution:
             self._events.add(time_ns, 'error', 'failure', str(error))
 
     def _switch(
-        self,
-        controllers: Controllers,
-        activate: Sequence[str],
-        deactivate: Sequence[str],
-        time_ns: int,
-        *,
-        strict: bool,
+        self, controllers: Controllers, activate: Sequence[str], deactivate: Sequence[str],
+        time_ns: int, *, strict: bool
     ) -> list[str]:
         """
         Stop and start controllers; those whose references get or lose a writer start anew.

@@ -99,12 +99,8 @@ class SwitchPlan:
 
 
 def plan_switch(
-    controllers: Controllers,
-    resources: Resources,
-    activate: Sequence[str],
-    deactivate: Sequence[str],
-    *,
-    strict: bool,
+    controllers: Controllers, resources: Resources, activate: Sequence[str],
+    deactivate: Sequence[str], *, strict: bool
 ) -> SwitchPlan:
     """
     Return what a request does.
@@ -182,11 +178,8 @@ def _loaded(names: Sequence[str], controllers: Controllers, problems: list[str])
 
 
 def _start_obstacle(
-    controllers: Controllers,
-    resources: Resources,
-    name: str,
-    starting: Sequence[str],
-    stopping: Sequence[str],
+    controllers: Controllers, resources: Resources, name: str, starting: Sequence[str],
+    stopping: Sequence[str]
 ) -> str:
     controller = controllers[name]
     if controller.active and name not in stopping:
@@ -207,10 +200,8 @@ def _stop_obstacle(
 
 
 def _conflicts(
-    controllers: Controllers,
-    resources: Resources,
-    starting: Sequence[str],
-    stopping: Sequence[str],
+    controllers: Controllers, resources: Resources, starting: Sequence[str],
+    stopping: Sequence[str]
 ) -> Iterator[str]:
     """Yield why controllers cannot have their interfaces."""
     running = [controller for controller in controllers.values()

@@ -129,11 +129,8 @@ class ArmState:
     """
 
     def __init__(
-        self,
-        settings: HardwareSettings,
-        vendor: Vendor | None,
-        events: EventQueue,
-        wake: Callable[[], object],
+        self, settings: HardwareSettings, vendor: Vendor | None, events: EventQueue,
+        wake: Callable[[], object]
     ) -> None:
         self.settings = settings
         self.vendor = vendor or Vendor(name='none')

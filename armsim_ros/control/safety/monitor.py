@@ -42,12 +42,8 @@ class StopMonitor:
     """
 
     def __init__(
-        self,
-        hardware: HardwareInterface,
-        model: RobotModel | None,
-        loads: Loads | None,
-        torques: Vector,
-        force: float,
+        self, hardware: HardwareInterface, model: RobotModel | None, loads: Loads | None,
+        torques: Vector, force: float
     ) -> None:
         names = hardware.joint_names
         properties = JointProperties.of(names, model)

@@ -150,10 +150,8 @@ class ControllerSnapshot:
 
 
 def snapshot_of(
-    ring: StateRing,
-    joint_names: tuple[str, ...],
-    states: tuple[str, ...],
-    commands: tuple[str, ...],
+    ring: StateRing, joint_names: tuple[str, ...], states: tuple[str, ...],
+    commands: tuple[str, ...]
 ) -> ControllerSnapshot | None:
     """
     Return the newest state as an immutable value.
@@ -175,21 +173,9 @@ def snapshot_of(
     if 'effort' in commands:
         efforts = data[[REFERENCE_EFFORT, ROWS - 1]]
     return ControllerSnapshot(
-        scalars.time_ns,
-        joint_names,
-        point(REFERENCE, kinds[:3]),
-        point(FEEDBACK, states),
-        point(ERROR, states),
-        point(OUTPUT, commands),
-        scalars.desired_time,
-        scalars.actual_time,
-        scalars.scaling,
-        efforts[0],
-        efforts[1],
-        scalars.sequence,
-        scalars.goal,
-        scalars.motion,
-    )
+        scalars.time_ns, joint_names, point(REFERENCE, kinds[:3]), point(FEEDBACK, states),
+        point(ERROR, states), point(OUTPUT, commands), scalars.desired_time, scalars.actual_time,
+        scalars.scaling, efforts[0], efforts[1], scalars.sequence, scalars.goal, scalars.motion)
 
 
 def _empty() -> Vector:

@@ -76,12 +76,8 @@ class TrajectoryExecution:
     """
 
     def __init__(
-        self,
-        parameters: JointTrajectoryControllerParameters,
-        width: int,
-        computed: Sequence[bool],
-        brakes: Vector | None,
-        events: EventQueue,
+        self, parameters: JointTrajectoryControllerParameters, width: int,
+        computed: Sequence[bool], brakes: Vector | None, events: EventQueue
     ) -> None:
         """Start holding at zero; see :meth:`hold`."""
         self.parameters = parameters
@@ -262,10 +258,8 @@ class TrajectoryExecution:
             self._fail(verdict, record, time_ns)
 
     def end_goals(
-        self,
-        status: GoalStatus,
-        message: str = '',
-        code: TrajectoryErrorCode = TrajectoryErrorCode.SUCCESSFUL,
+        self, status: GoalStatus, message: str = '',
+        code: TrajectoryErrorCode = TrajectoryErrorCode.SUCCESSFUL
     ) -> None:
         """End the active goal and the waiting goal, and forget the waiting trajectory."""
         waiting = self.scheduled.goal if self.scheduled is not None else None
@@ -280,8 +274,7 @@ class TrajectoryExecution:
         self.end_goals(
             GoalStatus.CANCELED if ros1 else GoalStatus.ABORTED,
             'preempted: a new goal was accepted',
-            TrajectoryErrorCode.SUCCESSFUL if ros1 else TrajectoryErrorCode.INVALID_GOAL,
-        )
+            TrajectoryErrorCode.SUCCESSFUL if ros1 else TrajectoryErrorCode.INVALID_GOAL)
 
     def _begin(self, request: StartRequest, record: StateRecord, time_ns: int) -> None:
         time = (time_ns - request.stamp_ns) * 1e-9 if request.stamp_ns else 0.0
@@ -289,10 +282,8 @@ class TrajectoryExecution:
             self.goal = request.goal
         if time > request.prepared.end:
             self.end_goals(
-                GoalStatus.ABORTED,
-                'the trajectory ended before it could be started',
-                TrajectoryErrorCode.INVALID_GOAL,
-            )
+                GoalStatus.ABORTED, 'the trajectory ended before it could be started',
+                TrajectoryErrorCode.INVALID_GOAL)
             return
         held = record.reference[: self.joints].copy()
         parameters = self.parameters

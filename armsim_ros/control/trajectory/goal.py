@@ -180,12 +180,8 @@ class ToleranceMonitor:
     """
 
     def __init__(
-        self,
-        joints: Sequence[str],
-        computed: Sequence[bool],
-        tolerances: SegmentTolerances,
-        *,
-        strict: bool,
+        self, joints: Sequence[str], computed: Sequence[bool], tolerances: SegmentTolerances, *,
+        strict: bool
     ) -> None:
         self.path = ToleranceCheck(joints, tolerances.path, computed)
         self._goal = ToleranceCheck(joints, tolerances.goal, computed)
@@ -229,8 +225,7 @@ class ToleranceMonitor:
         if (before_end or self._first) and self.path.violated(errors):
             return Verdict(
                 TrajectoryErrorCode.PATH_TOLERANCE_VIOLATED,
-                f'path tolerance violated: {self.path.worst(errors)}',
-            )
+                f'path tolerance violated: {self.path.worst(errors)}')
         self._first = False
         if before_end:
             return None

@@ -72,11 +72,8 @@ def beyond_limits(waypoints: Waypoints, properties: JointProperties) -> str:
 
 
 def start_of(
-    waypoints: Waypoints,
-    elapsed: float,
-    reference: Matrix,
-    measured: Vector,
-    properties: JointProperties,
+    waypoints: Waypoints, elapsed: float, reference: Matrix, measured: Vector,
+    properties: JointProperties
 ) -> tuple[TrajectoryStart, str]:
     """
     Return from where the joints begin, and which cannot reach the first point in its time.
@@ -166,8 +163,7 @@ def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
         if names.count(name) > 1:
             raise RefusedTrajectoryError(
                 f"joint '{name}' is named {names.count(name)} times",
-                TrajectoryErrorCode.INVALID_JOINTS,
-            )
+                TrajectoryErrorCode.INVALID_JOINTS)
 
 
 def _check_end(
@@ -230,10 +226,8 @@ class TrajectoryIntake:
         self._snapshot = snapshot
 
     def topic(
-        self,
-        trajectory: JointTrajectory,
-        parameters: JointTrajectoryControllerParameters,
-        now_ns: int,
+        self, trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters,
+        now_ns: int
     ) -> tuple[StartRequest | StopRequest, str]:
         """
         Return the request for a trajectory from the topic, and which limit it exceeds.
@@ -248,13 +242,9 @@ class TrajectoryIntake:
         return self._request(trajectory, parameters, now_ns, tolerances, None)
 
     def goal(
-        self,
-        trajectory: JointTrajectory,
-        path: Sequence[JointTolerance],
-        goal: Sequence[JointTolerance],
-        goal_time: float,
-        parameters: JointTrajectoryControllerParameters,
-        now_ns: int,
+        self, trajectory: JointTrajectory, path: Sequence[JointTolerance],
+        goal: Sequence[JointTolerance], goal_time: float,
+        parameters: JointTrajectoryControllerParameters, now_ns: int
     ) -> tuple[StartRequest | StopRequest, TrajectoryGoal, list[str]]:
         """
         Return the request for a goal, the goal, and warnings: tolerances, limits.
@@ -276,12 +266,8 @@ class TrajectoryIntake:
         return request, accepted, [*warnings, *([beyond] if beyond else [])]
 
     def _request(
-        self,
-        trajectory: JointTrajectory,
-        parameters: JointTrajectoryControllerParameters,
-        now_ns: int,
-        tolerances: SegmentTolerances,
-        goal: TrajectoryGoal | None,
+        self, trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters,
+        now_ns: int, tolerances: SegmentTolerances, goal: TrajectoryGoal | None
     ) -> tuple[StartRequest, str]:
         waypoints = validate(trajectory, parameters, now_ns)
         beyond, start = beyond_limits(waypoints, self._properties), None

@@ -154,11 +154,8 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         return ''
 
     def send_goal(
-        self,
-        trajectory: JointTrajectory,
-        path_tolerances: Sequence[JointTolerance] = (),
-        goal_tolerances: Sequence[JointTolerance] = (),
-        goal_time_tolerance: float = 0.0,
+        self, trajectory: JointTrajectory, path_tolerances: Sequence[JointTolerance] = (),
+        goal_tolerances: Sequence[JointTolerance] = (), goal_time_tolerance: float = 0.0
     ) -> GoalResponse:
         """
         Take a goal, which replaces a running goal at the next update, or refuse it.
@@ -170,13 +167,8 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         try:
             loop = self._check_active()
             request, goal, warnings = self._intake.goal(
-                trajectory,
-                path_tolerances,
-                goal_tolerances,
-                goal_time_tolerance,
-                self.parameters,
-                self.time_ns,
-            )
+                trajectory, path_tolerances, goal_tolerances, goal_time_tolerance, self.parameters,
+                self.time_ns)
         except RefusedTrajectoryError as error:
             return self._refuse(trajectory, error)
         for text in warnings:

@@ -97,10 +97,8 @@ def warn_of_configuration(
 
 
 def stop_brakes(
-    parameters: JointTrajectoryControllerParameters,
-    properties: JointProperties,
-    events: EventQueue,
-    time_ns: int,
+    parameters: JointTrajectoryControllerParameters, properties: JointProperties,
+    events: EventQueue, time_ns: int
 ) -> Vector | None:
     """
     Return the (n,) decelerations of a stop, or None where it is not to be done that way.
@@ -157,12 +155,8 @@ class TrajectoryLoop:
     """
 
     def __init__(
-        self,
-        current: Callable[[], JointTrajectoryControllerParameters],
-        context: ControllerContext,
-        properties: JointProperties,
-        events: EventQueue,
-        time_ns: int,
+        self, current: Callable[[], JointTrajectoryControllerParameters],
+        context: ControllerContext, properties: JointProperties, events: EventQueue, time_ns: int
     ) -> None:
         parameters, hardware = current(), context.hardware
         states, commands = parameters.state_interfaces, parameters.command_interfaces
@@ -174,12 +168,8 @@ class TrajectoryLoop:
         self.ring = StateRing(joints, width, 3 if acceleration else 1 + velocity)
         self.writer = CommandWriter(parameters, hardware)
         self.execution = TrajectoryExecution(
-            parameters,
-            width,
-            (True, velocity, acceleration),
-            stop_brakes(parameters, properties, events, time_ns),
-            events,
-        )
+            parameters, width, (True, velocity, acceleration),
+            stop_brakes(parameters, properties, events, time_ns), events)
         self._ahead = self.execution.ahead.reshape(-1, joints)
         index = compact([hardware.index[name] for name in parameters.joints])
         self._sources = [
@@ -285,8 +275,7 @@ class TrajectoryLoop:
             if isinstance(goal, TrajectoryGoal) and not isinstance(request, CancelRequest):
                 goal.finish(
                     GoalStatus.ABORTED,
-                    TrajectoryResult(TrajectoryErrorCode.INVALID_GOAL, message),
-                )
+                    TrajectoryResult(TrajectoryErrorCode.INVALID_GOAL, message))
 
     def _begin(self, time_ns: int) -> StateRecord:
         execution = self.execution

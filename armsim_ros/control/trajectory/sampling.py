@@ -72,11 +72,8 @@ def coefficients_between(waypoints: Waypoints, *, splines: bool, effort: bool) -
     states = np.stack((waypoints.positions, waypoints.velocities, waypoints.accelerations))
     levels = waypoints.levels
     c = spline_coefficients(
-        np.diff(waypoints.times),
-        np.minimum(levels[:-1], levels[1:]),
-        states[:, :-1],
-        states[:, 1:],
-    )
+        np.diff(waypoints.times), np.minimum(levels[:-1], levels[1:]), states[:, :-1],
+        states[:, 1:])
     return with_effort(c, waypoints.effort[:-1], waypoints.effort[1:]) if effort else c
 
 
@@ -166,13 +163,8 @@ class PreparedTrajectory:
     """
 
     def __init__(
-        self,
-        waypoints: Waypoints,
-        continuous: NDArray[np.intp] | None = None,
-        *,
-        splines: bool = True,
-        effort: bool = False,
-        rest_at_end: bool = False,
+        self, waypoints: Waypoints, continuous: NDArray[np.intp] | None = None, *,
+        splines: bool = True, effort: bool = False, rest_at_end: bool = False
     ) -> None:
         self.waypoints = waypoints
         self._continuous = np.empty(0, dtype=np.intp) if continuous is None else continuous
@@ -226,14 +218,8 @@ class PreparedTrajectory:
             time, times[first:].tolist(), np.concatenate((lead_in, between[first:])), final)
 
     def _lead_in(
-        self,
-        full: Waypoints,
-        first: int,
-        time: float,
-        state: Vector,
-        *,
-        at_start: bool,
-        step: bool,
+        self, full: Waypoints, first: int, time: float, state: Vector, *, at_start: bool,
+        step: bool
     ) -> Matrix:
         joints = len(full.named)
         states = state[: 3 * joints].reshape(3, 1, joints).copy()

@@ -57,11 +57,8 @@ class SegmentTolerances:
         return cls(path, goal, constraints.goal_time)
 
     def overridden(
-        self,
-        joints: Sequence[str],
-        path: Sequence[JointTolerance],
-        goal: Sequence[JointTolerance],
-        goal_time: float,
+        self, joints: Sequence[str], path: Sequence[JointTolerance],
+        goal: Sequence[JointTolerance], goal_time: float
     ) -> tuple[SegmentTolerances, str]:
         """
         Lay a goal's own tolerances over these defaults.
@@ -175,8 +172,5 @@ class ToleranceCheck:
         ratio = np.abs(errors[: self._rows]) / self._limits
         row, column = divmod(int(np.nanargmax(ratio)), ratio.shape[1])
         return Violation(
-            self._joints[column],
-            QUANTITIES[row],
-            float(errors[row, column]),
-            float(self._limits[row, column]),
-        )
+            self._joints[column], QUANTITIES[row], float(errors[row, column]),
+            float(self._limits[row, column]))

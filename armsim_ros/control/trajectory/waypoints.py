@@ -86,13 +86,9 @@ class Waypoints:
             return full
 
         return cls(
-            trajectory.times,
-            table(trajectory.positions, np.nan),
-            table(trajectory.velocities, 0.0),
-            table(trajectory.accelerations, 0.0),
-            table(trajectory.effort, 0.0, 0.0),
-            named,
-        )
+            trajectory.times, table(trajectory.positions, np.nan),
+            table(trajectory.velocities, 0.0), table(trajectory.accelerations, 0.0),
+            table(trajectory.effort, 0.0, 0.0), named)
 
     @property
     def complete(self) -> bool:

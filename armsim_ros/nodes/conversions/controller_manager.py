@@ -98,9 +98,8 @@ def component_message(info: HardwareComponentInfo, rate: float) -> HardwareCompo
 
 
 def activity_message(
-    time_ns: int,
-    controllers: Iterable[ControllerInfo],
-    components: Iterable[HardwareComponentInfo],
+    time_ns: int, controllers: Iterable[ControllerInfo],
+    components: Iterable[HardwareComponentInfo]
 ) -> ControllerManagerActivity:
     """Return the message of ``~/activity``."""
     message = ControllerManagerActivity(

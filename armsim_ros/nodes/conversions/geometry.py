@@ -48,8 +48,7 @@ def pose_from_message(message: Pose) -> Matrix:
     position, orientation = message.position, message.orientation
     return message_pose(
         (position.x, position.y, position.z),
-        (orientation.x, orientation.y, orientation.z, orientation.w),
-    )
+        (orientation.x, orientation.y, orientation.z, orientation.w))
 
 
 def pose_from_transform(message: Transform) -> Matrix:
@@ -57,8 +56,7 @@ def pose_from_transform(message: Transform) -> Matrix:
     translation, rotation = message.translation, message.rotation
     return message_pose(
         (translation.x, translation.y, translation.z),
-        (rotation.x, rotation.y, rotation.z, rotation.w),
-    )
+        (rotation.x, rotation.y, rotation.z, rotation.w))
 
 
 def pose_to_message(pose: Matrix) -> Pose:

@@ -184,11 +184,8 @@ def start_state_from_message(
 
 
 def robot_state_to_message(
-    positions: Mapping[str, float],
-    frame_id: str,
-    *,
-    attached: Iterable[AttachedObject] = (),
-    is_diff: bool = False,
+    positions: Mapping[str, float], frame_id: str, *, attached: Iterable[AttachedObject] = (),
+    is_diff: bool = False
 ) -> RobotState:
     """
     Return a full robot state.

@@ -46,10 +46,8 @@ def trajectory_from_message(message: JointTrajectoryMessage) -> JointTrajectory:
     """
     return JointTrajectory.of_points(
         message.joint_names,
-        [seconds_from_duration(point.time_from_start) for point in message.points],
-        message.points,
-        ns_from_time(message.header.stamp),
-    )
+        [seconds_from_duration(point.time_from_start) for point in message.points], message.points,
+        ns_from_time(message.header.stamp))
 
 
 def trajectory_to_message(trajectory: JointTrajectory) -> JointTrajectoryMessage:

@@ -94,8 +94,7 @@ class SimulationSync:
             raise PlanningError(
                 MoveItErrorCode.ROBOT_STATE_STALE,
                 "the simulation does not answer on '/simulation/sync'; does it run in lockstep?",
-                'joint_states',
-            )
+                'joint_states')
         return int(answer.result().message)
 
 

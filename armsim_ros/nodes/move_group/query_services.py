@@ -108,8 +108,7 @@ class ComputeFk:
             raise PlanningError(
                 MoveItErrorCode.INVALID_LINK_NAME,
                 f"no link, attached object or subframe is called {', '.join(map(repr, unknown))}",
-                'compute_fk',
-            )
+                'compute_fk')
         log_refused(scene, context.logger)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS, scene.refused)
 

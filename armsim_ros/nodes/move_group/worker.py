@@ -128,11 +128,8 @@ class Ticker:
     def __init__(self, node: Node) -> None:
         self._waiting: list[Future] = []
         self._timer = node.create_timer(
-            PERIOD,
-            self._pulse,
-            callback_group=ReentrantCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )
+            PERIOD, self._pulse, callback_group=ReentrantCallbackGroup(),
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._timer.cancel()
 
     def next(self) -> Future:

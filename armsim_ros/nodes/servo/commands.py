@@ -39,12 +39,8 @@ class CommandTopics:
     """
 
     def __init__(
-        self,
-        node: PollingNode,
-        inbox: CommandInbox,
-        parameters: ServoParameters,
-        now_ns: Callable[[], int],
-        frame_named: Callable[[str], None],
+        self, node: PollingNode, inbox: CommandInbox, parameters: ServoParameters,
+        now_ns: Callable[[], int], frame_named: Callable[[str], None]
     ) -> None:
         self._node = node
         self._inbox = inbox

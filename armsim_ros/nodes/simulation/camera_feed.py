@@ -37,13 +37,8 @@ class CameraFeed:
     """
 
     def __init__(
-        self,
-        loop: ControlLoop,
-        cameras: Sequence[Camera],
-        path: Path,
-        complain: Callable[[str], object],
-        *,
-        lockstep: bool,
+        self, loop: ControlLoop, cameras: Sequence[Camera], path: Path,
+        complain: Callable[[str], object], *, lockstep: bool
     ) -> None:
         self._complain = complain
         self._simulation = loop.simulation

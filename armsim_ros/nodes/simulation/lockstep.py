@@ -90,12 +90,8 @@ class Dump:
     """
 
     def __init__(
-        self,
-        node: Node,
-        work: Work,
-        recorder: FlightRecorder,
-        settings: RecorderSettings,
-        events: Callable[[], Iterable[ControllerEvent]],
+        self, node: Node, work: Work, recorder: FlightRecorder, settings: RecorderSettings,
+        events: Callable[[], Iterable[ControllerEvent]]
     ) -> None:
         self._node = node
         self._work = work

@@ -90,11 +90,8 @@ class SimulationProgram:
         simulation = settings.simulation
         self._dispatcher = Dispatcher(leaves_out=not simulation.deterministic)
         self._clock = SimClock(
-            simulation.timestep_ns,
-            0 if simulation.deterministic else time.time_ns(),
-            paused=simulation.paused,
-            real_time_factor=simulation.real_time_factor,
-        )
+            simulation.timestep_ns, 0 if simulation.deterministic else time.time_ns(),
+            paused=simulation.paused, real_time_factor=simulation.real_time_factor)
         self._time.now = lambda: self._clock.now_ns
         self._simulation = build_simulation(settings, self._cell.model, clock=self._clock)
         self._managers, controllers, self._faults = build_control(self._cell, self._simulation)
@@ -211,14 +208,8 @@ class SimulationProgram:
         """Create first what others must discover early: controllers, /clock, transforms."""
         self._robots = [
             RobotNodes(
-                robot,
-                self._managers[robot.name],
-                self._loop,
-                self._executor,
-                self._dispatcher,
-                self._faults,
-                self._time,
-            )
+                robot, self._managers[robot.name], self._loop, self._executor, self._dispatcher,
+                self._faults, self._time)
             for robot in self._cell.robots
         ]
         self._simulation_node = self._node('simulation', '/')

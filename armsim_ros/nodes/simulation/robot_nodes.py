@@ -141,14 +141,8 @@ class RobotNodes:
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        manager: ControllerManager,
-        loop: ControlLoop,
-        executor: Executor,
-        dispatcher: Dispatcher,
-        faults: FaultInjector | None,
-        time: SimTime,
+        self, robot: Robot, manager: ControllerManager, loop: ControlLoop, executor: Executor,
+        dispatcher: Dispatcher, faults: FaultInjector | None, time: SimTime
     ) -> None:
         """Create what others must discover early: the manager and its controllers."""
         namespace = robot.settings.namespace or '/'
@@ -169,14 +163,8 @@ class RobotNodes:
         self._arm_nodes = ArmNodes(robot, manager, loop, dispatcher, self.node, new_node)
         self._vendor = endpoints_of(self._arm_nodes)
         self._registry = ControllerRegistry(
-            manager,
-            ControllerDescriptions(self.node, robot.settings),
-            executor,
-            dispatcher,
-            namespace,
-            time,
-            self._vendor.open,
-        )
+            manager, ControllerDescriptions(self.node, robot.settings), executor, dispatcher,
+            namespace, time, self._vendor.open)
         for controller in manager.controllers.values():
             self._registry.add(controller)
         self._events = EventLog(self.node, manager, self._registry)

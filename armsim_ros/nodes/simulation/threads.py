@@ -140,13 +140,10 @@ class PriorityWatch:
     """
 
     def __init__(
-        self,
-        switch: Callable[[bool], None],
-        report: Callable[[str], None],
-        *,
+        self, switch: Callable[[bool], None], report: Callable[[str], None], *,
         waited: Callable[[], float] = lambda: time_under_pressure(),
         used: Callable[[], Mapping[int, float]] = lambda: real_time_use(),
-        processors: int = os.cpu_count() or 1,
+        processors: int = os.cpu_count() or 1
     ) -> None:
         self._switch = switch
         self._report = report

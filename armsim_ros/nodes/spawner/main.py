@@ -84,13 +84,8 @@ class ManagerClient(ControllerManagerClient):
             )
 
     def switch(
-        self,
-        *,
-        activate: Sequence[str] = (),
-        deactivate: Sequence[str] = (),
-        strictness: int = STRICT,
-        timeout: float = 5.0,
-        asap: bool = True,
+        self, *, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        strictness: int = STRICT, timeout: float = 5.0, asap: bool = True
     ) -> Any:
         """Switch controllers; strictly, all or none."""
         response = super().switch(activate=activate, deactivate=deactivate, timeout=timeout,

@@ -41,13 +41,8 @@ class ArmNodes:
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        manager: ControllerManager,
-        loop: ControlLoop,
-        dispatcher: Dispatcher,
-        node: Node,
-        new_node: Callable[[str], Node],
+        self, robot: Robot, manager: ControllerManager, loop: ControlLoop, dispatcher: Dispatcher,
+        node: Node, new_node: Callable[[str], Node]
     ) -> None:
         self.robot, self.manager, self.loop, self.node = robot, manager, loop, node
         self.new_node = new_node

@@ -77,11 +77,8 @@ class WebServer:
     """
 
     def __init__(
-        self,
-        host: str,
-        port: int,
-        token: str,
-        on_panel: Callable[[str, ServerConnection], Awaitable[None]],
+        self, host: str, port: int, token: str,
+        on_panel: Callable[[str, ServerConnection], Awaitable[None]]
     ) -> None:
         if not token and not is_loopback(host):
             raise WebServerError(f"host '{host}' is not this machine alone: a token is needed")

@@ -45,11 +45,8 @@ class DriveGains:
     """
 
     def __init__(
-        self,
-        joint_names: tuple[str, ...],
-        settings: SimulationSettings,
-        gains: Mapping[str, PidGains],
-        weights: Vector,
+        self, joint_names: tuple[str, ...], settings: SimulationSettings,
+        gains: Mapping[str, PidGains], weights: Vector
     ) -> None:
         self._joint_names = joint_names
         self._settings = settings

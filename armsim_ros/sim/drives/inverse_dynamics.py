@@ -265,12 +265,8 @@ class InverseDynamics:
                       bias[-1].copy())
 
     def _look(
-        self,
-        position: Matrix,
-        velocity: Matrix,
-        acceleration: Matrix,
-        forces: Matrix,
-        inertia: Matrix,
+        self, position: Matrix, velocity: Matrix, acceleration: Matrix, forces: Matrix,
+        inertia: Matrix
     ) -> None:
         """Write the forces (k, nv) and matrices of inertia (k, m) of some states (k, nv)."""
         model, data, inverse = self._model, self._data, mujoco.mj_inverse

@@ -39,12 +39,8 @@ class ReferenceInputs(Restorable):
         'joint_names', 'dynamics', 'gains', 'compensated', '_tune', '_weightless'})
 
     def __init__(
-        self,
-        model: RobotModel,
-        settings: SimulationSettings,
-        gains: Mapping[str, PidGains],
-        tune: Callable[[Vector, Vector], None],
-        weights: Vector,
+        self, model: RobotModel, settings: SimulationSettings, gains: Mapping[str, PidGains],
+        tune: Callable[[Vector, Vector], None], weights: Vector
     ) -> None:
         self.joint_names = model.active_joints
         self.dynamics = InverseDynamics(model, settings)

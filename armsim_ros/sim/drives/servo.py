@@ -37,12 +37,8 @@ class Servo(ReferenceInputs):
     unchanging = ReferenceInputs.unchanging | {'limits', '_basis'}
 
     def __init__(
-        self,
-        model: RobotModel,
-        settings: SimulationSettings,
-        gains: Mapping[str, PidGains],
-        tune: Callable[[Vector, Vector], None],
-        weights: Vector,
+        self, model: RobotModel, settings: SimulationSettings, gains: Mapping[str, PidGains],
+        tune: Callable[[Vector, Vector], None], weights: Vector
     ) -> None:
         super().__init__(model, settings, gains, tune, weights)
         self.limits = DrivenLimits.of(model)

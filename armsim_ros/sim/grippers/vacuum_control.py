@@ -65,10 +65,8 @@ _GRASPING = '/grasping'
 
 
 def wire_signals(
-    signals: Signals,
-    wires: Mapping[str, str],
-    cups: Mapping[str, VacuumControl],
-    fingers: Mapping[str, Callable[[bool], object]] = MappingProxyType({}),
+    signals: Signals, wires: Mapping[str, str], cups: Mapping[str, VacuumControl],
+    fingers: Mapping[str, Callable[[bool], object]] = MappingProxyType({})
 ) -> list[str]:
     """
     Connect signals with grippers.

@@ -57,12 +57,8 @@ class Plant:
     """
 
     def __init__(
-        self,
-        spec: PlantSpec,
-        joint_names: tuple[str, ...],
-        state: JointArrays,
-        active: Any,
-        fingers: Vector,
+        self, spec: PlantSpec, joint_names: tuple[str, ...], state: JointArrays, active: Any,
+        fingers: Vector
     ) -> None:
         keep_physics_quiet()
         self.spec = spec

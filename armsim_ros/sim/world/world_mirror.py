@@ -89,10 +89,8 @@ class WorldWatch:
     """
 
     def __init__(
-        self,
-        world: WorldScene,
-        grippers: Iterable[VacuumGripper] = (),
-        fingers: Callable[[], Mapping[str, Gripper]] | None = None,
+        self, world: WorldScene, grippers: Iterable[VacuumGripper] = (),
+        fingers: Callable[[], Mapping[str, Gripper]] | None = None
     ) -> None:
         self._world = world
         self._version = -1

@@ -167,10 +167,8 @@ class WorldScene:
         return self._plant.bounds([self._body(name)], self._body(name))
 
     def stage(
-        self,
-        add: Iterable[WorldObject] = (),
-        remove: Iterable[str] = (),
-        ground: Ground | None = None,
+        self, add: Iterable[WorldObject] = (), remove: Iterable[str] = (),
+        ground: Ground | None = None
     ) -> WorldEdit:
         """
         Prepare a change of the world; from any thread, while no other change is on its way.

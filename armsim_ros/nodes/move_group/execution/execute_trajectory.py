@@ -50,11 +50,8 @@ class ExecuteTrajectory:
         with reported(self._context.logger, 'execute_trajectory', result.error_code):
             trajectory, multi_dof = robot_trajectory(self._context, goal.request.trajectory)
             outcome = await self._execution.queued(
-                trajectory,
-                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
-                goal.request.controller_names,
-                multi_dof,
-            )
+                trajectory, ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
+                goal.request.controller_names, multi_dof)
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')
             if not outcome.success:
                 self._context.logger.error(f'execute_trajectory: {outcome.message}')
@@ -154,19 +151,15 @@ class ExecuteTaskSolution:
         return joint is not None and not joint.active
 
     async def _run(
-        self,
-        goal: ServerGoalHandle,
-        parts: Sequence[SubTrajectory],
-        trajectories: Sequence[_Motion],
+        self, goal: ServerGoalHandle, parts: Sequence[SubTrajectory],
+        trajectories: Sequence[_Motion]
     ) -> None:
         for number, (part, motion) in enumerate(zip(parts, trajectories, strict=True)):
             trajectory, multi_dof = motion
             outcome = (await self._execution.queued(
-                trajectory,
-                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
+                trajectory, ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
                 part.execution_info.controller_names,
-                multi_dof,
-            )).of_plan(cancelled=goal.is_cancel_requested)
+                multi_dof)).of_plan(cancelled=goal.is_cancel_requested)
             if not outcome.success:
                 raise _in_part(number, parts, outcome.code, outcome.message)
             if goal.is_cancel_requested:

@@ -117,12 +117,8 @@ class Execution:
         self._replaced = True
 
     async def run(
-        self,
-        trajectory: JointTrajectory,
-        names: Sequence[str] = (),
-        multi_dof: MultiDofTrajectory | None = None,
-        *,
-        start_checked: bool = False,
+        self, trajectory: JointTrajectory, names: Sequence[str] = (),
+        multi_dof: MultiDofTrajectory | None = None, *, start_checked: bool = False
     ) -> ExecutionOutcome:
         """
         Run the trajectory and return the outcome.
@@ -157,8 +153,7 @@ class Execution:
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 'trajectory execution is switched off: allow_trajectory_execution is false',
-                SOURCE,
-            )
+                SOURCE)
         selected = selected_controllers(context, self._controllers, trajectory, names, multi_dof)
         tolerances = start_tolerances(context)
         if not (tolerances.unchecked or start_checked):
@@ -213,9 +208,7 @@ class Execution:
                 reason = await self._reason(self._controllers.handle(run.name))
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
-                    f"controller '{run.name}' rejected the trajectory; {reason}",
-                    SOURCE,
-                )
+                    f"controller '{run.name}' rejected the trajectory; {reason}", SOURCE)
         if not answered:
             silent = ', '.join(f"'{run.name}'" for run in self._runs if not run.answered)
             raise PlanningError(
@@ -357,9 +350,7 @@ class Execution:
                 allowed_duration(
                     trajectory,
                     settings.allowed_execution_duration_scaling if scaling is None else scaling,
-                    settings.allowed_goal_duration_margin if margin is None else margin,
-                    now_ns,
-                )
+                    settings.allowed_goal_duration_margin if margin is None else margin, now_ns)
             )
         return max(limits, default=0.0)
 

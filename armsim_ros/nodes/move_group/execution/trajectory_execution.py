@@ -206,13 +206,8 @@ class TrajectoryExecutionManager:
         return await self.run(trajectory, watch, names, multi_dof)
 
     async def run(
-        self,
-        trajectory: JointTrajectory,
-        watch: ExecutionWatch,
-        names: Sequence[str] = (),
-        multi_dof: MultiDofTrajectory | None = None,
-        *,
-        takes_over: bool = False,
+        self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str] = (),
+        multi_dof: MultiDofTrajectory | None = None, *, takes_over: bool = False
     ) -> ExecutionOutcome:
         """
         Run a trajectory now.
@@ -256,11 +251,8 @@ class TrajectoryExecutionManager:
         except PlanningError:
             selected = ()  # the execution reports the error
         return _Turn(
-            Execution(context, self.controllers, watch),
-            trajectory,
-            frozenset(controller.name for controller in selected),
-            context.states.now_ns(),
-        )
+            Execution(context, self.controllers, watch), trajectory,
+            frozenset(controller.name for controller in selected), context.states.now_ns())
 
     def _rivals(self, turn: _Turn) -> list[_Turn]:
         """Return what runs and shares a controller."""
@@ -343,11 +335,8 @@ class TrajectoryExecutionEvent:
 
 
 async def execute_plan(
-    execution: TrajectoryExecutionManager,
-    trajectory: JointTrajectory,
-    path: PathWatch,
-    cancelled: Callable[[], bool],
-    observe: Callable[[float], None] = lambda elapsed: None,
+    execution: TrajectoryExecutionManager, trajectory: JointTrajectory, path: PathWatch,
+    cancelled: Callable[[], bool], observe: Callable[[float], None] = lambda elapsed: None
 ) -> ExecutionOutcome:
     """
     Execute a planned trajectory and return the outcome.

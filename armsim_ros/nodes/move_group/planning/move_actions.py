@@ -59,12 +59,8 @@ class MoveAction:
     """
 
     def __init__(
-        self,
-        context: Context,
-        job: PlanningJob,
-        execution: TrajectoryExecutionManager,
-        *,
-        name: str = 'move_action',
+        self, context: Context, job: PlanningJob, execution: TrajectoryExecutionManager, *,
+        name: str = 'move_action'
     ) -> None:
         self._context = context
         self._job = job
@@ -185,13 +181,9 @@ class SequenceJob:
         self._display = display
 
     async def run(
-        self,
-        message: MotionSequenceRequest,
-        answer: MotionSequenceResponse,
-        *,
-        scene_diff: SceneMessage | None = None,
-        cancelled: Callable[[], bool] = never,
-        pipeline: str = '',
+        self, message: MotionSequenceRequest, answer: MotionSequenceResponse, *,
+        scene_diff: SceneMessage | None = None, cancelled: Callable[[], bool] = never,
+        pipeline: str = ''
     ) -> SequenceResponse:
         """
         Plan, fill the answer, and return it as values too.
@@ -263,11 +255,8 @@ class SequenceMoveGroup:
             if not plan_only:
                 drop_robot_state(options.planning_scene_diff, self._context.logger.warning, SOURCE)
             plan = await self._job.run(
-                goal.request.request,
-                result.response,
-                scene_diff=options.planning_scene_diff,
-                cancelled=lambda: goal.is_cancel_requested,
-            )
+                goal.request.request, result.response, scene_diff=options.planning_scene_diff,
+                cancelled=lambda: goal.is_cancel_requested)
             if code.val == MoveItErrorCode.SUCCESS and not plan_only:
                 await self._run(goal, plan, code)
         goal.publish_feedback(MoveGroupSequence.Feedback(state='IDLE'))

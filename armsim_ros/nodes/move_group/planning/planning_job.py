@@ -129,12 +129,8 @@ class PlanningJob:
         self._contacts = DisplayContacts(context.node, ompl.display_contacts_topic, context.frame)
 
     async def run(
-        self,
-        message: RequestMessage,
-        *,
-        scene: PlanningScene | None = None,
-        scene_diff: SceneMessage | None = None,
-        cancelled: Callable[[], bool] = never,
+        self, message: RequestMessage, *, scene: PlanningScene | None = None,
+        scene_diff: SceneMessage | None = None, cancelled: Callable[[], bool] = never
     ) -> PlanningAnswer:
         """
         Plan and answer.
@@ -207,8 +203,7 @@ class PlanningJob:
             raise PlanningError(
                 MoveItErrorCode.ROBOT_STATE_STALE,
                 f'no joint state has arrived on {topics}; is the simulation running?',
-                'joint_states',
-            )
+                'joint_states')
         context.logger.warning(
             f'no joint state newer than the request within 1 s on {topics}; using the last')
 

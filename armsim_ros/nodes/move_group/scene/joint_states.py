@@ -49,12 +49,8 @@ class StateMonitor:
     """
 
     def __init__(
-        self,
-        node: PollingNode,
-        scene: PlanningScene,
-        topics: Sequence[str],
-        *,
-        steady: Clock | None = None,
+        self, node: PollingNode, scene: PlanningScene, topics: Sequence[str], *,
+        steady: Clock | None = None
     ) -> None:
         self._node = node
         self._scene = scene

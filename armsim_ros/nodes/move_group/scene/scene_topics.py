@@ -204,10 +204,8 @@ class MonitoredPlanningScene:
         self._octomap_at = -OCTOMAP_PERIOD
         if self._parameters.publish_planning_scene:
             self._timer = context.node.create_timer(
-                1.0 / self._parameters.publish_planning_scene_hz,
-                self._look,
-                clock=Clock(clock_type=ClockType.STEADY_TIME),
-            )
+                1.0 / self._parameters.publish_planning_scene_hz, self._look,
+                clock=Clock(clock_type=ClockType.STEADY_TIME))
             context.scene.add_listener(self._edited)
 
     def _edited(self, before: SceneContent, now: SceneContent) -> None:

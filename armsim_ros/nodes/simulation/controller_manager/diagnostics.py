@@ -32,14 +32,9 @@ class Diagnostics:
     """
 
     def __init__(
-        self,
-        node: Node,
-        name: str,
-        manager: ControllerManager,
-        loop: ControlLoop,
-        parameters: Callable[[], ControllerManagerParameters],
-        faults: FaultInjector | None,
-        joints: Collection[str],
+        self, node: Node, name: str, manager: ControllerManager, loop: ControlLoop,
+        parameters: Callable[[], ControllerManagerParameters], faults: FaultInjector | None,
+        joints: Collection[str]
     ) -> None:
         self._faults = faults
         self._joints = joints
@@ -171,8 +166,6 @@ class Activity:
         self._generation = generation
         self._publisher.publish(
             activity_message(
-                time_ns,
-                self._manager.list_controllers(),
-                self._manager.list_hardware_components(),
-            )
+                time_ns, self._manager.list_controllers(),
+                self._manager.list_hardware_components())
         )

@@ -149,14 +149,9 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
     """
 
     def __init__(
-        self,
-        manager: ControllerManager,
-        descriptions: ControllerDescriptions,
-        executor: Executor,
-        dispatcher: Dispatcher,
-        namespace: str,
-        time: SimTime,
-        opened: Callable[[Controller[Any], Node], object] = lambda *_: None,
+        self, manager: ControllerManager, descriptions: ControllerDescriptions, executor: Executor,
+        dispatcher: Dispatcher, namespace: str, time: SimTime,
+        opened: Callable[[Controller[Any], Node], object] = lambda *_: None
     ) -> None:
         self._opened = opened
         self._time = time

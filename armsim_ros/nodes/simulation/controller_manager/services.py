@@ -120,11 +120,8 @@ class ControllerManagerServices:
     """
 
     def __init__(
-        self,
-        node: Node,
-        manager: ControllerManager,
-        loader: ControllerRegistry,
-        dispatcher: Dispatcher,
+        self, node: Node, manager: ControllerManager, loader: ControllerRegistry,
+        dispatcher: Dispatcher
     ) -> None:
         self._node = node
         self._manager = manager
@@ -180,11 +177,8 @@ class ControllerManagerServices:
     async def _switch(self, request: Any, response: Any) -> Any:
         timeout = seconds_from_duration(request.timeout)
         response.ok, response.message = await self._switched(
-            request.activate_controllers,
-            request.deactivate_controllers,
-            request.strictness,
-            timeout if timeout > 0.0 else DEFAULT_SWITCH_TIMEOUT,
-        )
+            request.activate_controllers, request.deactivate_controllers, request.strictness,
+            timeout if timeout > 0.0 else DEFAULT_SWITCH_TIMEOUT)
         if not response.ok:
             self._node.get_logger().error(f'switch_controller: {response.message}')
         return response

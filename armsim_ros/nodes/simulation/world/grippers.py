@@ -43,13 +43,8 @@ class GripperContacts:
     """
 
     def __init__(
-        self,
-        node: Node,
-        loop: ControlLoop,
-        dispatcher: Dispatcher,
-        namespace: str,
-        gripper: Gripper,
-        fingers: FingerContacts,
+        self, node: Node, loop: ControlLoop, dispatcher: Dispatcher, namespace: str,
+        gripper: Gripper, fingers: FingerContacts
     ) -> None:
         self._loop, self._gripper, self._fingers = loop, gripper, fingers
         self._looking = False
@@ -112,13 +107,8 @@ class VacuumGripperServer:
     """
 
     def __init__(
-        self,
-        node: Node,
-        work: Work,
-        dispatcher: Dispatcher,
-        namespace: str,
-        gripper: VacuumGripper,
-        tell_scene: Callable[[Callable[[], object]], object],
+        self, node: Node, work: Work, dispatcher: Dispatcher, namespace: str,
+        gripper: VacuumGripper, tell_scene: Callable[[Callable[[], object]], object]
     ) -> None:
         self._node = node
         self._work = work

@@ -50,13 +50,8 @@ class SceneMirror:
     """
 
     def __init__(
-        self,
-        node: Node,
-        loop: ControlLoop,
-        dispatcher: Dispatcher,
-        frame: str,
-        root: Matrix,
-        fingers: Callable[[], Mapping[str, Gripper]] | None = None,
+        self, node: Node, loop: ControlLoop, dispatcher: Dispatcher, frame: str, root: Matrix,
+        fingers: Callable[[], Mapping[str, Gripper]] | None = None
     ) -> None:
         self._loop = loop
         self._dispatcher = dispatcher

@@ -120,14 +120,9 @@ class WorldServer:
     """
 
     def __init__(
-        self,
-        node: Node,
-        cell: Cell,
-        loop: ControlLoop,
-        dispatcher: Dispatcher,
-        publish: Callable[[], object],
-        settle: Callable[[], Awaitable[object]],
-        quit_program: Callable[[], None],
+        self, node: Node, cell: Cell, loop: ControlLoop, dispatcher: Dispatcher,
+        publish: Callable[[], object], settle: Callable[[], Awaitable[object]],
+        quit_program: Callable[[], None]
     ) -> None:
         settings = cell.settings
         robots = [RobotEntity(robot.name, robot.model.root_link, tuple(robot.model.links))
@@ -135,10 +130,8 @@ class WorldServer:
         self.entities = Entities(loop.simulation, robots)
         file = settings.world_file
         self.state = RunState(
-            loop.clock,
-            file.stem if file is not None else DEFAULT_WORLD,
-            f'file://{file}' if file is not None else DEFAULT_WORLD,
-        )
+            loop.clock, file.stem if file is not None else DEFAULT_WORLD,
+            f'file://{file}' if file is not None else DEFAULT_WORLD)
         self._clock = loop.clock
         SettingsParameters(
             node, LiveSettings(real_time_factor=loop.clock.real_time_factor), self._changed)

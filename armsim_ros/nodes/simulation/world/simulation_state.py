@@ -196,12 +196,8 @@ class SimulationStateServices:
     """Pause, play, stop and quit."""
 
     def __init__(
-        self,
-        node: Node,
-        state: RunState,
-        resetting: Resetting,
-        dispatcher: Dispatcher,
-        quit_program: Callable[[], None],
+        self, node: Node, state: RunState, resetting: Resetting, dispatcher: Dispatcher,
+        quit_program: Callable[[], None]
     ) -> None:
         self._node = node
         self._state = state

@@ -207,13 +207,8 @@ class Worlds:
     """Replaces the world around the robots."""
 
     def __init__(
-        self,
-        node: Node,
-        work: Work,
-        entities: Entities,
-        resources: WorldResources,
-        state: RunState,
-        resetting: Resetting,
+        self, node: Node, work: Work, entities: Entities, resources: WorldResources,
+        state: RunState, resetting: Resetting
     ) -> None:
         self._node = node
         self._work = work
