@@ -121,8 +121,7 @@ class CommandTargets:
                 selector([hardware.index[targets[column][0]] for column in places]),
                 selector(places),
             )
-            for kind, places in columns.items()
-        ]
+            for kind, places in columns.items()]
 
     def take_over(self) -> None:
         """Leave the joints to the drives, which hold them until a command comes."""
@@ -199,8 +198,7 @@ class CommandWriter:
         )
         rows = [COMMAND_INTERFACES.index(kind) for kind in self._kinds]
         self._routes = [
-            (row, command.of(kind)) for row, kind in zip(rows, self._kinds, strict=True)
-        ]
+            (row, command.of(kind)) for row, kind in zip(rows, self._kinds, strict=True)]
         if self._feeds_forward:
             self._aside = [(1, feedforward.velocity), (2, feedforward.acceleration)]
         else:

@@ -234,8 +234,7 @@ class JointProperties:
         known = model.joints if model is not None else {}
         joints = [known.get(name) for name in names]
         turning = [
-            i for i, j in enumerate(joints) if j is not None and j.type is JointType.CONTINUOUS
-        ]
+            i for i, j in enumerate(joints) if j is not None and j.type is JointType.CONTINUOUS]
         lower, upper, velocity = (np.full(len(names), s * np.inf) for s in (-1.0, 1.0, 1.0))
         units = []
         for i, joint in enumerate(joints):
@@ -304,8 +303,7 @@ class HardwarePart(HardwareInterface):
         if whole.joint_names[place] != joint_names:
             raise SimulationError(
                 f'the joints {", ".join(joint_names)} do not follow each other in the hardware '
-                f'({", ".join(whole.joint_names)})'
-            )
+                f'({", ".join(whole.joint_names)})')
         self.state = _window(whole.state, place)
         self.command = _window(whole.command, place)
         self.feedforward = _window(whole.feedforward, place)

@@ -65,8 +65,7 @@ class ExecutorProgram(ABC):
             return 0
         rclpy.init(
             args=[self.NODE, *self._arguments.ros_args],
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
+            signal_handler_options=SignalHandlerOptions.NO)
         executor = self._executor = SingleThreadedExecutor()
         use_sim_time = Parameter('use_sim_time', value=self._arguments.use_sim_time)
         node = PollingNode(self.NODE, parameter_overrides=[use_sim_time], **self.NODE_OPTIONS)

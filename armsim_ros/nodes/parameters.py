@@ -137,8 +137,7 @@ def _descriptor(info: FieldInfo, kind: Parameter.Type, read_only: bool) -> Param
         descriptor.floating_point_range = [
             FloatingPointRange(
                 from_value=-math.inf if lower is None else float(lower),
-                to_value=math.inf if upper is None else float(upper),
-            )
+                to_value=math.inf if upper is None else float(upper))
         ]
     elif kind in (Parameter.Type.INTEGER, Parameter.Type.INTEGER_ARRAY):
         descriptor.integer_range = [

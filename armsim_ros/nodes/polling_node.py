@@ -108,8 +108,7 @@ class GuardedNode(Node):
         else:
             self.get_logger().error(
                 f'a request of type {kind.__name__} failed inside the program; please report '
-                f'this:\n{traceback.format_exc()}'
-            )
+                f'this:\n{traceback.format_exc()}')
         refused = SetParametersResult(successful=False, reason=text)
         if kind is SetParameters:
             return kind.Response(results=[refused] * len(request.parameters))
@@ -247,5 +246,4 @@ class PollingNode(GuardedNode):
             except Exception:  # noqa: BLE001 - no message may end the program
                 self.get_logger().error(
                     f"a message on '{subscription.topic}' failed inside the program; please "
-                    f'report this:\n{traceback.format_exc()}'
-                )
+                    f'report this:\n{traceback.format_exc()}')

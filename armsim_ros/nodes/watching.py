@@ -61,11 +61,9 @@ class OverloadWatch:
                 (
                     (end[0] - begin[0], end[1] - begin[1])
                     for thread, end in times.items()
-                    if (begin := before.get(thread)) is not None
-                ),
+                    if (begin := before.get(thread)) is not None),
                 key=lambda entry: entry[1],
-                default=(0.0, 0.0),
-            )
+                default=(0.0, 0.0))
             span = now - then
             self.is_overloaded = waited > SHARE * span and waited > RATIO * used
             if self.is_overloaded and (
@@ -74,8 +72,7 @@ class OverloadWatch:
                 self._report(
                     f'{self._program}: this machine is overloaded: of the last {span:.0f} s the '
                     f'program had to wait {waited:.1f} s for a processor (load '
-                    f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); expect delays'
-                )
+                    f'{os.getloadavg()[0]:.0f} on {os.cpu_count()}); expect delays')
         self._before = now, times
 
     def _run(self) -> None:

@@ -43,8 +43,7 @@ def arm_group(kinematics: KinematicModel, controllers: Iterable[Sequence[str]]) 
     groups = {
         name: group.active_joints
         for name, group in kinematics.robot.semantic.groups.items()
-        if group.active_joints and (group.chain is not None or len(group.tips) == 1)
-    }
+        if group.active_joints and (group.chain is not None or len(group.tips) == 1)}
     fitting = {name: joints for name, joints in groups.items()
                if any(set(joints) <= joints_of for joints_of in moved)}
     return max(fitting or groups, key=lambda name: len(groups[name]), default='')
@@ -63,8 +62,7 @@ def check_parameters(
             wrong.append(
                 f"{name}: '{value}' is not a planning group "
                 f"({', '.join(groups) or 'there is none'}) "
-                f'{nearest(value, groups)}'.rstrip()
-            )
+                f'{nearest(value, groups)}'.rstrip())
     if wrong:
         return wrong
     try:
@@ -75,8 +73,7 @@ def check_parameters(
     if len(parameters.joint_limit_margins) not in (1, joints):
         wrong.append(
             f'joint_limit_margins has {len(parameters.joint_limit_margins)} values; allowed: 1, '
-            f'or {joints}, one for each joint'
-        )
+            f'or {joints}, one for each joint')
     return wrong
 
 
@@ -130,16 +127,14 @@ def _smoothing(
     lacking = [
         name for name, limits in zip(target.names, joints, strict=True)
         if not np.isfinite(limits.acceleration)
-        or (plugin == RUCKIG and not np.isfinite(limits.jerk))
-    ]
+        or (plugin == RUCKIG and not np.isfinite(limits.jerk))]
     warnings = []
     if lacking:
         kinds = 'acceleration and jerk limits' if plugin == RUCKIG else 'acceleration limits'
         warnings.append(
             f'{plugin}: joint_limits.yaml has no {kinds} of {", ".join(lacking)}; '
             f'{DEFAULT_ACCELERATION:g} rad/s^2'
-            + (f' and {DEFAULT_JERK:g} rad/s^3 are taken' if plugin == RUCKIG else ' is taken')
-        )
+            + (f' and {DEFAULT_JERK:g} rad/s^3 are taken' if plugin == RUCKIG else ' is taken'))
     period = settings.update_period or parameters.publish_period
     if plugin == RUCKIG:
         jerk = _usable(jerk, DEFAULT_JERK)

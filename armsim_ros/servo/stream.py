@@ -157,8 +157,7 @@ class ServoStream:
         moved = self._sent - before
         at_rest = not self._velocity.any() and bool(
             np.abs(moved).max(initial=0.0) < SETTLED
-            and np.abs(self._sent - self._position).max(initial=0.0) < 10.0 * SETTLED
-        )
+            and np.abs(self._sent - self._position).max(initial=0.0) < 10.0 * SETTLED)
         return Cycle(self._sent, moved / period, at_rest, tuple(findings))
 
     def _add_way_out(self, command: Twist, q: Vector, parameters: ServoParameters,

@@ -78,8 +78,7 @@ class TargetVelocity:
                 MoveItErrorCode.INVALID_GROUP_NAME,
                 f"planning group '{subgroup}' is not part of '{group}'; allowed: "
                 f'{", ".join(parts) or "none"}',
-                'servo',
-            )
+                'servo')
         self.names = tuple(kinematics.names[i] for i in self.indices)
         self._columns = np.array([list(self.indices).index(i) for i in moving], dtype=np.intp)
         self._moving_indices = moving
@@ -164,15 +163,13 @@ class TargetVelocity:
         if len(command.names) != len(command.velocities):
             raise InvalidCommandError(
                 f'joint_names has {len(command.names)} entries, velocities has '
-                f'{len(command.velocities)}; both need one per joint'
-            )
+                f'{len(command.velocities)}; both need one per joint')
         for name, value in zip(command.names, command.velocities, strict=True):
             if name not in self.moving_names:
                 known = self.moving_names
                 raise InvalidCommandError(
                     f"joint_names: '{name}' is not a joint of '{self._moving}' "
-                    f'({", ".join(known)}) {nearest(name, known)}'.rstrip()
-                )
+                    f'({", ".join(known)}) {nearest(name, known)}'.rstrip())
             velocity[self.names.index(name)] = value
         if parameters.command_in_type == 'unitless':
             velocity *= parameters.scale.joint

@@ -52,8 +52,7 @@ class Sensors:
         self._sensors = [
             (sensor, _carrier(model, sensor.frame),
              {name.partition('.')[0] for name in sensor.states})
-            for sensor in chain(*(system.sensors for system in model.hardware), more)
-        ]
+            for sensor in chain(*(system.sensors for system in model.hardware), more)]
         #: ``sensor/interface`` -> what a sensor shows less than it measures.
         self._zeros: dict[str, float] = {}
 
@@ -136,13 +135,11 @@ def sensors_of(
         if entry.link not in model.links:
             raise SimulationError(
                 f"sensor '{name}' sits on '{entry.link}', which is not a link of robot "
-                f"'{model.name}'; " + (nearest(entry.link, tuple(model.links)) or 'see its URDF')
-            )
+                f"'{model.name}'; " + (nearest(entry.link, tuple(model.links)) or 'see its URDF'))
     return tuple(
         HardwareSensor(name, entry.link, tuple(
             f'{quantity}.{axis}' for quantity, axes in _KINDS[entry.type] for axis in axes))
-        for name, entry in settings.items()
-    )
+        for name, entry in settings.items())
 
 
 def _add(values: dict[str, float], kinds: tuple[str, str], pair: Vector) -> None:
@@ -271,6 +268,5 @@ class SimulatedLinks:
         if link not in self.model.links:
             raise SimulationError(
                 f"robot '{self.model.name}' has no link '{link}'; "
-                + (nearest(link, tuple(self.model.links)) or 'see its URDF')
-            )
+                + (nearest(link, tuple(self.model.links)) or 'see its URDF'))
         return self._plant.body(link)

@@ -100,8 +100,7 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         self.world = WorldScene(self._plant, items, ground)
         self.vacuum_grippers = {
             name: VacuumGripper(name, gripper, self._plant, self.world)
-            for name, gripper in self.settings.vacuum_grippers.items()
-        }
+            for name, gripper in self.settings.vacuum_grippers.items()}
         #: Link -> mass [kg] and centre (3,) [m] of what the drives compensate there.
         self.payloads: dict[str, tuple[float, Vector]] = {}
         self._command_interfaces = {name: offered_commands(model, name)
@@ -336,8 +335,7 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         if culprit:
             raise SimulationError(
                 f'the physics became unstable at {self.time_ns / 1e9:.3f} s: {culprit}; lower '
-                "the joint's gains or the timestep, or raise the armature"
-            )
+                "the joint's gains or the timestep, or raise the armature")
         self._plant.read()
 
     def scale_gains(self, factor: float) -> None:

@@ -79,8 +79,7 @@ class JointStateSnapshot:
         values = self.values.tolist()
         return tuple(
             (owner, kinds, tuple([values[slot] for slot in slots]))
-            for owner, kinds, slots in self.layout.dynamic
-        )
+            for owner, kinds, slots in self.layout.dynamic)
 
     def _quantity(self, row: int) -> Vector:
         return np.asarray(self.values[self.layout.slots[row]])
@@ -144,8 +143,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         of_joints = (
             f'{joint}/{kind}'
             for joint in hardware.joint_names
-            for kind in hardware.state_interfaces.get(joint, ())
-        )
+            for kind in hardware.state_interfaces.get(joint, ()))
         # What controllers export, as controller/joint/interface, comes and goes with them.
         others = (name for name in hardware.other_states if name.count('/') == 1)
         return (*of_joints, *others)
@@ -166,8 +164,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             if quantity in parameters.interfaces and source != quantity:
                 self._warn(
                     f"map_interface_to_joint_state.{quantity} '{source}' has no effect: "
-                    f"'{quantity}' itself is among interfaces"
-                )
+                    f"'{quantity}' itself is among interfaces")
         if not parameters.frame_id:
             self._warn('frame_id is empty')
 
@@ -204,8 +201,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         last = sorted(measured.items(), key=lambda item: renamed.get(item[0], item[0]) != item[0])
         self._measured = [
             (hardware.state.of(kind), np.array(places), np.array(filled))
-            for kind, (places, filled) in last
-        ]
+            for kind, (places, filled) in last]
         if not self.parameters.publish_dynamic_joint_states:
             used = set(self._layout.slots.ravel().tolist())
             self._others = [entry for entry in self._others if entry[1] in used]

@@ -188,6 +188,5 @@ class PidController(ChainableController[PidControllerParameters]):
         values = [
             hardware.state.of(kind)[hardware.index[name]] if name in hardware.index
             else hardware.other_states.get(f'{name}/{kind}', math.nan)
-            for name, kind in self.references
-        ]
+            for name, kind in self.references]
         return np.array(values).reshape(self._shape)

@@ -166,8 +166,7 @@ def create_controller(
     if not isinstance(parameters, cls.parameters_class):
         raise ControllerError(
             f"controller '{name}' of type {type} needs {cls.parameters_class.__name__}, "
-            f'not {parameters.__class__.__name__}'
-        )
+            f'not {parameters.__class__.__name__}')
     if 'update_rate' not in parameters.model_fields_set:
         parameters = parameters.model_copy(update={'update_rate': context.update_rate})
     return cls(name, type, parameters, context)

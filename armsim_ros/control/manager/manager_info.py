@@ -63,8 +63,7 @@ def connections(controller: AnyController, controllers: Iterable[AnyController])
     return {
         follower.name: tuple(relative(name) for name in commanded
                              if name in follower.reference_interfaces)
-        for follower in following(controller, controllers)
-    }
+        for follower in following(controller, controllers)}
 
 
 def relative(interface: str) -> str:
@@ -193,8 +192,7 @@ def controller_info(
         controller.chained,
         tuple(map(relative, controller.exported_states)) if known else (),
         tuple(map(relative, controller.reference_interfaces)) if known else (),
-        connections(controller, controllers) if known else {},
-    )
+        connections(controller, controllers) if known else {})
 
 
 def interface_infos(

@@ -157,8 +157,7 @@ def require_state(controller: Controller[Any], verb: str, *states: LifecycleStat
     if controller.state not in states:
         raise ControllerError(
             f"'{controller.name}' is {controller.state.value} and cannot be {verb}; allowed: "
-            f'{" or ".join(state.value for state in states)}'
-        )
+            f'{" or ".join(state.value for state in states)}')
 
 
 def require_unique_interfaces(controller: Controller[Any]) -> None:

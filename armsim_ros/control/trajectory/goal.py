@@ -236,8 +236,7 @@ class ToleranceMonitor:
             return Verdict(
                 TrajectoryErrorCode.GOAL_TOLERANCE_VIOLATED,
                 f'goal_time_tolerance exceeded: {over:.6f} s after the last waypoint (allowed '
-                f'{self._goal_time:g} s) {self._goal.worst(errors)}',
-            )
+                f'{self._goal_time:g} s) {self._goal.worst(errors)}')
         return None
 
 
@@ -253,5 +252,4 @@ def timed_out(over: float, timeout: float) -> Verdict | None:
     return Verdict(
         TrajectoryErrorCode.GOAL_TOLERANCE_VIOLATED,
         f'cmd_timeout exceeded: no new command for {over:.6f} s after the last waypoint, allowed '
-        f'{timeout:g} s',
-    )
+        f'{timeout:g} s')

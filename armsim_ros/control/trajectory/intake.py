@@ -127,8 +127,7 @@ def validate(
         raise RefusedTrajectoryError(
             f'the trajectory names {len(names)} joints ({_listed(names)}), the controller has '
             f'{len(joints)} ({_listed(joints)}), and allow_partial_joints_goal is false',
-            TrajectoryErrorCode.INVALID_JOINTS,
-        )
+            TrajectoryErrorCode.INVALID_JOINTS)
     if not names:
         raise RefusedTrajectoryError(
             'the trajectory names no joint', TrajectoryErrorCode.INVALID_JOINTS)
@@ -142,8 +141,7 @@ def validate(
             f' s ago: its stamp is {trajectory.stamp_ns * 1e-9:.3f} s, it lasts '
             f'{trajectory.duration:g} s, and it is {now_ns * 1e-9:.3f} s now; '
             'a stamp of 0 starts it at once',
-            TrajectoryErrorCode.OLD_HEADER_TIMESTAMP,
-        )
+            TrajectoryErrorCode.OLD_HEADER_TIMESTAMP)
     _check_times(trajectory.times)
     if trajectory.fault:
         raise RefusedTrajectoryError(trajectory.fault)
@@ -158,8 +156,7 @@ def _check_names(names: tuple[str, ...], joints: tuple[str, ...]) -> None:
             raise RefusedTrajectoryError(
                 f"joint '{name}' is not among the controller's joints ({_listed(joints)})"
                 f'{"; " if hint else ""}{hint}',
-                TrajectoryErrorCode.INVALID_JOINTS,
-            )
+                TrajectoryErrorCode.INVALID_JOINTS)
         if names.count(name) > 1:
             raise RefusedTrajectoryError(
                 f"joint '{name}' is named {names.count(name)} times",
@@ -175,16 +172,14 @@ def _check_end(
         if abs(velocity) > STANDING:
             raise RefusedTrajectoryError(
                 f"the last point moves joint '{name}' with velocity {velocity:g}; allowed: 0, "
-                'unless allow_nonzero_velocity_at_trajectory_end is true'
-            )
+                'unless allow_nonzero_velocity_at_trajectory_end is true')
 
 
 def _check_times(times: Vector) -> None:
     for i in 1 + np.flatnonzero(np.diff(times) <= 0.0):
         raise RefusedTrajectoryError(
             f'time_from_start of point {i} is {times[i]:g} s, not after the '
-            f'{times[i - 1]:g} s of point {i - 1}; allowed: increasing times'
-        )
+            f'{times[i - 1]:g} s of point {i - 1}; allowed: increasing times')
 
 
 def _check_quantities(
@@ -195,16 +190,14 @@ def _check_quantities(
         if not len(point.positions) and not integrating:
             raise RefusedTrajectoryError(
                 f'point {i} has no positions; allowed: {len(trajectory.joint_names)}, unless '
-                'allow_integration_in_goal_trajectories is true'
-            )
+                'allow_integration_in_goal_trajectories is true')
         if not any(map(len, (point.positions, point.velocities, point.accelerations))):
             raise RefusedTrajectoryError(
                 f'point {i} has neither positions nor velocities nor accelerations')
         if len(point.effort) and 'effort' not in parameters.command_interfaces:
             raise RefusedTrajectoryError(
                 f'point {i} has efforts, but the controller commands '
-                f'{_listed(parameters.command_interfaces)} only; leave effort empty'
-            )
+                f'{_listed(parameters.command_interfaces)} only; leave effort empty')
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -228,8 +228,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         parameters = self.parameters
         return snapshot_of(
             self._loop.ring, self.joints, parameters.state_interfaces,
-            parameters.command_interfaces,
-        )
+            parameters.command_interfaces)
 
     def query_state(self, time_ns: int) -> QueryResult:
         """Sample the running trajectory at an absolute time [ns]."""
@@ -252,8 +251,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         if self._loop is None or not self.active:
             raise RefusedTrajectoryError(
                 f"controller '{self.name}' is {self.state.value}, only an active controller takes "
-                'trajectories'
-            )
+                'trajectories')
         if obstacle := self.obstacle:
             raise RefusedTrajectoryError(obstacle)
         return self._loop

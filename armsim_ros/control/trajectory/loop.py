@@ -49,8 +49,7 @@ def check_configuration(
             raise ControllerError(
                 f"joint '{joint}' is not a joint of the hardware "
                 f"({', '.join(hardware.joint_names)})"
-                f'{"; " if hint else ""}{hint}'
-            )
+                f'{"; " if hint else ""}{hint}')
     _check_command_joints(parameters, hardware)
     commands = parameters.command_interfaces
     if (commands == ('velocity',) or 'effort' in commands) and (
@@ -58,8 +57,7 @@ def check_configuration(
     ):
         raise ControllerError(
             f'command_interfaces {", ".join(commands)} need the state_interfaces position and '
-            f'velocity, not only {", ".join(parameters.state_interfaces)}'
-        )
+            f'velocity, not only {", ".join(parameters.state_interfaces)}')
 
 
 def _check_command_joints(
@@ -120,8 +118,7 @@ def stop_brakes(
     if lacking:
         events.add(
             time_ns, 'warning', 'warning',
-            f'decelerate_on_cancel is not possible, a cancel stops at once: {lacking}',
-        )
+            f'decelerate_on_cancel is not possible, a cancel stops at once: {lacking}')
         return None
     return brakes
 
@@ -135,8 +132,7 @@ def command_timeout(
         events.add(
             time_ns, 'warning', 'warning',
             f'cmd_timeout {timeout:g} s is switched off: it has to be above '
-            f'constraints.goal_time {goal_time:g} s',
-        )
+            f'constraints.goal_time {goal_time:g} s')
         return 0.0
     return timeout
 
@@ -175,8 +171,7 @@ class TrajectoryLoop:
         self._sources = [
             (row, hardware.state.of(kind), index)
             for row, kind in enumerate(('position', 'velocity', 'acceleration'))
-            if kind in states
-        ]
+            if kind in states]
         self._index, self._position = index, hardware.state.position
         self._plan = hardware.plan
         owner, _, kind = parameters.speed_scaling.command_interface.rpartition('/')

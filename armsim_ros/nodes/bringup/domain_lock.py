@@ -115,8 +115,7 @@ def _make_private(folder: Path) -> None:
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
         raise UnsafeFolderError(
             f'{folder} is a link or belongs to another user, so that no lock can be kept there; '
-            'remove it, or set XDG_RUNTIME_DIR to a folder of your own'
-        )
+            'remove it, or set XDG_RUNTIME_DIR to a folder of your own')
 
 
 def _open_itself(path: str, flags: int) -> int:

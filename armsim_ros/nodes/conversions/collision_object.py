@@ -68,8 +68,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
             shape for of_kind, poses in given if made for shape in _placed(of_kind, poses)),
         subframes={
             name: pose_from_message(pose)
-            for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)
-        },
+            for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)},
         type=ObjectType(message.type.key, message.type.db),
         shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else (),
     )
@@ -80,8 +79,7 @@ def _placed(shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectS
     if len(poses) > len(shapes):
         raise object_error(
             f'{len(poses)} poses are given for {len(shapes)} shapes; at most one pose a shape is '
-            'allowed'
-        )
+            'allowed')
     rest = (ObjectShape(shape) for shape in shapes[len(poses):])
     return [*map(ObjectShape, shapes, poses), *rest]
 
@@ -98,8 +96,7 @@ def attached_in_state_from_message(message: AttachedCollisionObject) -> Attached
     if any(shapes != poses for shapes, poses in counts):
         raise object_error(
             f"attached object '{item.id}': a start state needs one pose for each primitive, mesh "
-            'and plane'
-        )
+            'and plane')
     return attached_from_message(message)
 
 
@@ -146,8 +143,7 @@ def object_to_message(
             message.plane_poses.append(pose)
     message.subframe_names = list(item.subframes)
     message.subframe_poses = [
-        pose_to_message(np.asarray(pose)) for pose in item.subframes.values()
-    ]
+        pose_to_message(np.asarray(pose)) for pose in item.subframes.values()]
     return message
 
 

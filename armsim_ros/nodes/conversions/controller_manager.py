@@ -62,8 +62,7 @@ def controller_message(info: ControllerInfo) -> ControllerState:
         reference_interfaces=list(info.references),
         chain_connections=[
             ChainConnection(name=name, reference_interfaces=list(references))
-            for name, references in info.connections.items()
-        ],
+            for name, references in info.connections.items()],
     )
 
 
@@ -76,8 +75,7 @@ def interface_messages(infos: Iterable[InterfaceInfo]) -> list[HardwareInterface
             is_available=info.is_available,
             is_claimed=info.is_claimed,
         )
-        for info in infos
-    ]
+        for info in infos]
 
 
 def component_message(info: HardwareComponentInfo, rate: float) -> HardwareComponentState:
@@ -105,12 +103,9 @@ def activity_message(
     message = ControllerManagerActivity(
         controllers=[
             NamedLifecycleState(name=info.name, state=state_message(info.state))
-            for info in controllers
-        ],
+            for info in controllers],
         hardware_components=[
             NamedLifecycleState(name=info.name, state=state_message(info.state))
-            for info in components
-        ],
-    )
+            for info in components])
     fill_time(message.header.stamp, time_ns)
     return message

@@ -134,9 +134,7 @@ def solid_to_message(geometry: Geometry) -> SolidPrimitive | MeshMessage | Plane
         vertices=points_to_messages(geometry.vertices),
         triangles=[
             MeshTriangle(vertex_indices=np.asarray(row, dtype=np.uint32))
-            for row in geometry.triangles
-        ],
-    )
+            for row in geometry.triangles])
 
 
 def points_to_messages(points: Matrix | Sequence[Sequence[float]]) -> list[Point]:

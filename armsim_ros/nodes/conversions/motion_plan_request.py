@@ -68,8 +68,7 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
                 tolerance_below=float(item.tolerance_below),
                 weight=float(item.weight),
             )
-            for item in message.joint_constraints
-        ),
+            for item in message.joint_constraints),
         position_constraints=tuple(_position(item) for item in message.position_constraints),
         orientation_constraints=tuple(
             _orientation(item) for item in message.orientation_constraints),
@@ -85,8 +84,7 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
                 max_range_angle=float(item.max_range_angle),
                 sensor_view_direction=int(item.sensor_view_direction),
             )
-            for item in message.visibility_constraints
-        ),
+            for item in message.visibility_constraints),
     )
 
 

@@ -139,8 +139,7 @@ def update_from_message(message: PlanningSceneMessage, model_frame: str) -> Scen
             item.id: (
                 float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a)
             )
-            for item in message.object_colors
-        },
+            for item in message.object_colors},
         octomap=octomap,
         unreadable=(*bad_frames, *bad_objects, *bad_octomap),
     )
@@ -179,8 +178,7 @@ def _fixed_frame(message: TransformStamped, model_frame: str) -> tuple[str, Fixe
             f"the fixed transform of frame '{name}' has the child frame '{target}'; a frame is "
             f"described by a transform with header.frame_id '{name}', child_frame_id "
             f"'{model_frame}' and the frame's pose in '{model_frame}'",
-            'planning scene',
-        )
+            'planning scene')
     if not name:
         raise PlanningError(
             MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
@@ -210,8 +208,7 @@ def scene_to_message(
         geometry = bool(components & Component.WORLD_OBJECT_GEOMETRY)
         message.world.collision_objects = [
             object_to_message(item, content.model_frame, geometry=geometry)
-            for item in content.objects.values()
-        ]
+            for item in content.objects.values()]
     if components & Component.OCTOMAP:
         message.world.octomap = octomap_to_message(content.octomap, content.model_frame)
     if components & Component.TRANSFORMS:
@@ -252,8 +249,7 @@ def colors(values: Mapping[str, tuple[float, float, float, float]]) -> list[Obje
     """Return object -> rgba as messages."""
     return [
         ObjectColor(id=name, color=ColorRGBA(r=r, g=g, b=b, a=a))
-        for name, (r, g, b, a) in values.items()
-    ]
+        for name, (r, g, b, a) in values.items()]
 
 
 def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:

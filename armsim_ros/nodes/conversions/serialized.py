@@ -70,8 +70,7 @@ class SerializedMessage:
             np.array(places, np.intp)[:, None] + np.arange(2) for places in (
                 _places(data, _stamps(_MARK_NS).tobytes(), len(stamps), 4),
                 [_places(data, _stamps(span).tobytes(), 1, 4)[0] for span in spans],
-            )
-        )
+            ))
 
     def set_numbers(self, values: Vector) -> None:
         """Write all numbers (n,), in their order."""

@@ -151,8 +151,7 @@ def tolerances_from_messages(
             velocity=message.velocity,
             acceleration=message.acceleration,
         )
-        for message in messages
-    )
+        for message in messages)
 
 
 def serialized_joint_state(joint_names: Sequence[str], frame_id: str = '') -> SerializedMessage:
@@ -183,8 +182,7 @@ class DynamicJointStateBuffer:
         self.message.header.frame_id = frame_id
         self.message.interface_values = [
             InterfaceValue(interface_names=list(names), values=[float('nan')] * len(names))
-            for names in interfaces.values()
-        ]
+            for names in interfaces.values()]
 
     def fill(self, time_ns: int, values: Sequence[Sequence[float]]) -> DynamicJointState:
         """

@@ -171,8 +171,7 @@ def declare_fixed(
             if name in _DESCRIPTIONS and node.get_parameter(name).value != value:
                 node.get_logger().warning(
                     f"parameter '{name}' is not used: the robot comes from its files; name them "
-                    'with robot:=, urdf:=, srdf:='
-                )
+                    'with robot:=, urdf:=, srdf:=')
             continue
         if isinstance(value, (tuple, list)):
             value = [str(item) for item in value]
@@ -255,8 +254,7 @@ def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any
                      'display_path_topic'}, exclude_none=True)
         planners = {
             name: {'type': config.type, **config.parameters}
-            for name, config in ompl.planner_configs.items()
-        }
+            for name, config in ompl.planner_configs.items()}
         groups = {group: each.model_dump() for group, each in ompl.groups.items()}
         values = {**values, **given, 'planner_configs': planners, **groups}
     yield from _flat(pipeline, values)

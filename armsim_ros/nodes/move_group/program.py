@@ -190,8 +190,7 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     )
     planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
     planner, query_planner = (
-        MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2)
-    )
+        MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2))
     context = Context(
         node=node,
         settings=settings,
@@ -307,8 +306,7 @@ class MoveGroupProgram(ExecutorProgram):
             ending = True
             move_group.end()
             node.create_timer(  # ends each wait
-                _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME)
-            )
+                _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
             begin, at_rest = time.monotonic(), 0
             while rclpy.ok() and (elapsed := time.monotonic() - begin) < _END_TIME:
                 if at_rest >= _LAST_STEPS and elapsed > _LATE_TIME:

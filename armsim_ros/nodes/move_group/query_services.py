@@ -44,16 +44,13 @@ class CheckStateValidity:
         constraints = constraints_from_message(request.constraints)
         report = await context.queries.submit(
             lambda: context.query_planner.check_state(
-                scene, scene.q, request.group_name, constraints)
-        )
+                scene, scene.q, request.group_name, constraints))
         stamp = context.node.get_clock().now().to_msg()
         response.contacts = [
-            contact_message(contact, context.frame, stamp) for contact in report.contacts
-        ]
+            contact_message(contact, context.frame, stamp) for contact in report.contacts]
         response.constraint_result = [
             ConstraintEvalResult(result=item.satisfied, distance=float(item.distance))
-            for item in report.constraint_results
-        ]
+            for item in report.constraint_results]
         response.valid = bool(report.valid)
 
 
@@ -151,12 +148,10 @@ class ComputeIk:
                 MoveItErrorCode.INVALID_LINK_NAME,
                 f'{len(names)} ik_link_names and {len(message.pose_stamped_vector)} poses; '
                 'each pose needs its link',
-                'compute_ik',
-            )
+                'compute_ik')
         return tuple(
             self._target(name, pose)
-            for name, pose in zip(names, message.pose_stamped_vector, strict=True)
-        )
+            for name, pose in zip(names, message.pose_stamped_vector, strict=True))
 
     @staticmethod
     def _target(link_name: str, message: Any) -> LinkPose:

@@ -109,8 +109,7 @@ class CommandServices:
             allowed = ', '.join(f'{kind.value} {kind.name}' for kind in CommandType)
             self._node.get_logger().error(
                 f'switch_command_type: {request.command_type} is not a command type; '
-                f'allowed: {allowed}'
-            )
+                f'allowed: {allowed}')
             response.success = False
         return response
 
@@ -157,8 +156,7 @@ def _read_jog(message: JointJogMessage) -> JointJog:
     if len(names) != len(velocities):
         raise InvalidCommandError(
             f'joint_names has {len(names)} entries, velocities has {len(velocities)}; both '
-            'need one per joint'
-        )
+            'need one per joint')
     return JointJog(names, finite_vector('velocities', velocities))
 
 

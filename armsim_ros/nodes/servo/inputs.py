@@ -59,8 +59,7 @@ class JointPositions:
         self.stamp_ns = 0
         profile = QoSProfile(depth=4, reliability=qos.COMMAND.reliability)
         self.subscriptions = [
-            node.poll(JointState, topic, self._receive, profile) for topic in topics
-        ]
+            node.poll(JointState, topic, self._receive, profile) for topic in topics]
 
     @property
     def missing(self) -> tuple[str, ...]:

@@ -78,8 +78,7 @@ class ControllerWatch:
         self._plans = [ActionWatch(node, name) for name in PLANNING]
         node.create_subscription(
             ControllerManagerActivity, f'{namespace}/controller_manager/activity',
-            self._activity, qos.DESCRIPTION,
-        )
+            self._activity, qos.DESCRIPTION)
         #: To be read in each cycle, and those to be read while the arm is streamed to.
         self.own = self._own.subscription
         self.subscriptions = [each.subscription for each in self._plans]
@@ -218,8 +217,7 @@ class JointCommands:
         return SerializedMessage(
             message, [message.header.stamp],
             [(point, name) for point in points for name in fields],
-            [point.time_from_start for point in points],
-        )
+            [point.time_from_start for point in points])
 
 
 class StatusTopic:

@@ -72,8 +72,7 @@ class ServoNode:
         self._frames = Transforms(self, moving=False)
         self._follower = SceneFollower(
             node, self.scene, parameters.monitored_planning_scene_topic,
-            serves=parameters.is_primary_planning_scene_monitor,
-        )
+            serves=parameters.is_primary_planning_scene_monitor)
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
             node=node,
@@ -188,8 +187,7 @@ def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> 
                 return f'{robot.namespace}/{controller.name}/commands'
         raise ServoSettingsError(
             'servo: command_out_topic is empty, and no forward controller has exactly the joints '
-            f'{", ".join(joints)}'
-        )
+            f'{", ".join(joints)}')
     for mapped in robot.moveit_controllers:
         if mapped.type == 'FollowJointTrajectory' and set(joints) <= set(mapped.joints):
             return f"/{mapped.name.strip('/')}/joint_trajectory"
@@ -198,8 +196,7 @@ def _command_topic(robot: RobotSettings, joints: tuple[str, ...], kind: str) -> 
             return f'{robot.namespace}/{controller.name}/joint_trajectory'
     raise ServoSettingsError(
         'servo: command_out_topic is empty, and no trajectory controller has the joints '
-        f'{", ".join(joints)}'
-    )
+        f'{", ".join(joints)}')
 
 
 class ServoProgram(ExecutorProgram):

@@ -101,8 +101,7 @@ class Dump:
         self._writer = ThreadPoolExecutor(1, 'recording')
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine
             Trigger, '/simulation/dump', self._answer,
-            callback_group=ReentrantCallbackGroup(),
-        )
+            callback_group=ReentrantCallbackGroup())
 
     def write_soon(self, reason: str) -> None:
         """Write a recording in the background and log its path; from any thread."""

@@ -106,8 +106,7 @@ class SimulationProgram:
                              if settings.controller_manager.overruns.manage else _ALL),
                 catch_up_at_start_ns=_LONGEST_START_NS,
             ),
-            priority=pace.priority,
-        )
+            priority=pace.priority)
         self._loop.on_handed_over = self._dispatcher.wake
         self._octomap: OctomapWait | None = None
 
@@ -185,13 +184,11 @@ class SimulationProgram:
             if word.startswith('__ns:=') and len(robots) > 1:
                 raise UsageError(
                     f"the remapping '{word}' would put the controller managers of {len(robots)} "
-                    "robots into one namespace; give each robot its 'namespace' in robots.yaml"
-                )
+                    "robots into one namespace; give each robot its 'namespace' in robots.yaml")
         return [
             lock_domain(
                 self._ros_args, program='simulation', namespace=robot.settings.namespace or '/')
-            for robot in robots
-        ]
+            for robot in robots]
 
     def _lock_cameras(self) -> tuple[Camera, ...]:
         """Return the cameras and lock their socket."""
@@ -210,8 +207,7 @@ class SimulationProgram:
             RobotNodes(
                 robot, self._managers[robot.name], self._loop, self._executor, self._dispatcher,
                 self._faults, self._time)
-            for robot in self._cell.robots
-        ]
+            for robot in self._cell.robots]
         self._simulation_node = self._node('simulation', '/')
         settings = self._cell.settings
         period_ns = self._loop.steps_per_update * self._clock.step_ns
@@ -263,8 +259,7 @@ class SimulationProgram:
             self._dispatcher.every(_DIAGNOSTICS_PERIOD, nodes.publish_diagnostics)
         self._world = WorldServer(
             self._simulation_node, self._cell, self._loop, self._dispatcher,
-            self._publish_now, self._settle, self.stop,
-        )
+            self._publish_now, self._settle, self.stop)
         for nodes in self._robots:
             nodes.wire(self._world.cups)
         self._create_lockstep_services()

@@ -128,8 +128,7 @@ class DomainWatch:
             self._found(
                 f'another simulation already runs as {name} on this ROS domain, and both '
                 'publish the same topics. Stop it, or set another ROS_DOMAIN_ID, or start this '
-                'simulation with namespace:=NAME'
-            )
+                'simulation with namespace:=NAME')
 
 
 class RobotNodes:

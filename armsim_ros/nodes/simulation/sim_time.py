@@ -153,5 +153,4 @@ class ClockHint:
             self._warn(
                 f'simulated time is now {abs(behind) / 1e9:.1f} s {side} the wall clock; programs '
                 'that take stamps from the wall clock no longer agree with it: start them '
-                'with the parameter use_sim_time:=true'
-            )
+                'with the parameter use_sim_time:=true')

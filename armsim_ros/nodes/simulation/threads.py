@@ -105,8 +105,7 @@ class ExecutorThread:
             except Exception:  # noqa: BLE001 - no request may end the program
                 self._logger.error(
                     'a request failed inside the program; please report this:\n'
-                    + traceback.format_exc()
-                )
+                    + traceback.format_exc())
 
 
 #: How often the machine is checked [s], each time a bit earlier or later than other simulations.

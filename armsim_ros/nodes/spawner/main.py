@@ -80,8 +80,7 @@ class ManagerClient(ControllerManagerClient):
         if not self._appears(ListControllers, service, limit - _SILENT_WAIT):
             raise ControllerError(
                 f'no controller manager answers as {self.name} within {timeout:g} s; start the '
-                "simulation, or name the manager with '-c'"
-            )
+                "simulation, or name the manager with '-c'")
 
     def switch(
         self, *, activate: Sequence[str] = (), deactivate: Sequence[str] = (),

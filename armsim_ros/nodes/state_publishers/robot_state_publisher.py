@@ -137,8 +137,7 @@ class _MovingTransforms:
             [message.header.stamp for message in stamped],
             [(getattr(message.transform, part), name) for message in stamped
              for part, names in (('translation', 'xyz'), ('rotation', 'xyzw'))
-             for name in names],
-        )
+             for name in names])
         self._shown = np.full(len(joints), np.nan)
 
     def at(self, time_ns: int) -> bytes:

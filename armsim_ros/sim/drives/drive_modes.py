@@ -110,8 +110,7 @@ class DriveGains:
                 lines.append(
                     f"the gains of joint '{name}' (p {self.p[i]:g}, d {self.d[i]:g}) are too "
                     f'high for a timestep of {h:g} s and an inertia of {inertia[i]:.3g}; stable: '
-                    f'{allowed}'
-                )
+                    f'{allowed}')
         return lines
 
     def _chosen(self, name: str) -> PidGains:
@@ -232,8 +231,7 @@ def mode_of(joint: str, claim: frozenset[str]) -> Mode:
     legal = ', '.join(
         '[' + ', '.join(name for name in COMMAND_INTERFACES if name in option) + ']'
         for option in MODES
-        if option
-    )
+        if option)
     names = ', '.join(sorted(claim))
     raise SimulationError(f"joint '{joint}' cannot follow [{names}] together; allowed: {legal}")
 

@@ -77,8 +77,7 @@ class InverseDynamics:
         #: Whether every joint is driven and they come in the physics' own order.
         self._plain = bool(
             np.array_equal(self._from_active, np.eye(self._model.nv))
-            and not self._full_offset.any()
-        )
+            and not self._full_offset.any())
         rows, lengths = self._model.M_rowadr, self._model.M_rownnz
         self._diagonal = (rows + lengths - 1).astype(np.intp)
         damping = self._model.dof_damping * self._model.opt.timestep

@@ -86,8 +86,7 @@ class CommandInterpolator:
             np.concatenate((self._end_velocity[None], end_velocity[:-1])) * period,
             end_velocity * period,
             np.concatenate((self._end_acceleration[None], accelerations[:-1])) * period**2,
-            accelerations * period**2,
-        )
+            accelerations * period**2)
         self._ends = (targets, end_velocity, accelerations)
         # (step, period, joint): long rows for numpy.
         s = (np.arange(1, steps + 1) / steps)[:, None, None]

@@ -94,8 +94,7 @@ class FingerContacts:
             name: gripper
             for gripper in self._grippers if free
             for name in _between(gripper, self.contacts(gripper))
-            if name in free
-        }
+            if name in free}
 
     def held(self) -> Mapping[str, Gripper]:
         """Return what was squeezed in all samples for long enough, and not released since."""
@@ -108,8 +107,7 @@ class FingerContacts:
         self._pressed = pressed
         self._held = {
             pair: squeezed.get(pair) or self._held[pair]
-            for pair, (since, last) in pressed.items() if last - since >= GRASP_NS
-        }
+            for pair, (since, last) in pressed.items() if last - since >= GRASP_NS}
         return {name: gripper for (name, _), gripper in self._held.items()}
 
 

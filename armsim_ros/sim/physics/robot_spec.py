@@ -167,8 +167,7 @@ class RobotSpec:
         if not joint.movable:
             raise SimulationError(
                 f"joint '{joint.name}' is of type '{joint.type.value}', which the physics does "
-                'not have; allowed: fixed, revolute, continuous, prismatic'
-            )
+                'not have; allowed: fixed, revolute, continuous, prismatic')
         sliding = joint.type is JointType.PRISMATIC
         limits = joint.limits
         # A mimic joint is bounded by its driver, as published limits of the two often disagree.
@@ -249,8 +248,7 @@ def untouching_pairs(model: RobotModel) -> list[tuple[str, str]]:
     semantic = model.semantic
     pairs = {_sorted_pair(joint.parent, joint.child) for joint in model.joints.values()}
     pairs |= {
-        _sorted_pair(quiet, other) for quiet in semantic.default_disabled for other in model.links
-    }
+        _sorted_pair(quiet, other) for quiet in semantic.default_disabled for other in model.links}
     pairs -= semantic.enabled_collisions
     pairs |= set(semantic.disabled_collisions)
     return sorted(pair for pair in pairs if pair[0] != pair[1] and solid.issuperset(pair))

@@ -134,8 +134,7 @@ class RestorableSimulation:
             {name: gripper.save() for name, gripper in self.vacuum_grippers.items()},
             self._inputs.copy(), dict(self.other_commands),
             tuple(dict(states) for states in (self.given_states, *self.given_states_of_parts)),
-            self._written, (self.clock.steps, self.clock.start_ns),
-        )
+            self._written, (self.clock.steps, self.clock.start_ns))
 
     def restore_state(self, saved: SimulationState) -> None:
         """

@@ -110,8 +110,7 @@ class WorldWatch:
                 self._objects.setdefault(FLOOR, floor_object(world.floor))
             self._fixed = {
                 name: _row(world.pose(name) if name in world.objects else item.pose)
-                for name, item in self._objects.items() if item.mass is None
-            }
+                for name, item in self._objects.items() if item.mass is None}
         names, rows = world.free_poses()
         held: dict[str, Holder] = {}
         if self._fingers is not None:

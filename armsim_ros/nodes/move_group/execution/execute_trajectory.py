@@ -98,8 +98,7 @@ class ExecuteTaskSolution:
         self._grouped = {
             joint
             for group in context.robot.semantic.groups.values()
-            for joint in group.active_joints
-        }
+            for joint in group.active_joints}
         self._server = MoveGroupActionServer(context, SolutionAction, SOURCE, self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
@@ -140,8 +139,7 @@ class ExecuteTaskSolution:
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'no planning group has {", ".join(strangers)}; groups: '
-                f'{", ".join(self._context.robot.semantic.groups) or "none"}',
-            )
+                f'{", ".join(self._context.robot.semantic.groups) or "none"}')
         selected_controllers(
             self._context, self._execution.controllers, trajectory, names, multi_dof)
 

@@ -170,8 +170,7 @@ class Execution:
         return [
             (controller, part, multi_dof_part(controller, multi_dof, settings))
             for controller, part in split_trajectory(
-                whole, selected, settings.execution_velocity_scaling)
-        ]
+                whole, selected, settings.execution_velocity_scaling)]
 
     async def _activate(self, needed: Sequence[str]) -> None:
         """Activate the controllers that are needed and inactive, where that is allowed."""
@@ -194,15 +193,13 @@ class Execution:
                     MoveItErrorCode.CONTROL_FAILED,
                     f"action '{info.action_name}' of controller '{info.name}' is not connected; "
                     'is the controller active?',
-                    SOURCE,
-                )
+                    SOURCE)
         for info, part, multi_dof in parts:
             self._runs.append(self._controllers.handle(info.name).send(part, multi_dof))
         answered = await self._wait(
             lambda: all(run.answered for run in self._runs)
             or any(run.rejected for run in self._runs),
-            ANSWER_TIMEOUT,
-        )
+            ANSWER_TIMEOUT)
         for run in self._runs:
             if run.rejected:
                 reason = await self._reason(self._controllers.handle(run.name))
@@ -215,8 +212,7 @@ class Execution:
                 MoveItErrorCode.CONTROL_FAILED,
                 f'controller {silent} has not answered for {ANSWER_TIMEOUT} s whether it takes '
                 'the trajectory; does its program hang? It is cancelled as soon as it does',
-                SOURCE,
-            )
+                SOURCE)
 
     async def _reason(self, handle: ControllerHandle) -> str:
         """Return why a controller has rejected a goal."""
@@ -251,8 +247,7 @@ class Execution:
                     MoveItErrorCode.TIMED_OUT,
                     f'the controllers took longer than the {late:.2f} s that are allowed '
                     '(duration * allowed_execution_duration_scaling + '
-                    'allowed_goal_duration_margin)',
-                )
+                    'allowed_goal_duration_margin)')
             if all(run.connected for run in self._runs):
                 seen = self._context.clock()
             elif self._context.clock() - seen > LOST_TIMEOUT:
@@ -310,8 +305,7 @@ class Execution:
             if self._context.clock() > deadline:
                 self._context.logger.warning(
                     f"{SOURCE}: controller {', '.join(map(repr, running))} has not reported for "
-                    f'{STOP_TIMEOUT} s that it has stopped; the robot may still move'
-                )
+                    f'{STOP_TIMEOUT} s that it has stopped; the robot may still move')
                 return
             await self._context.ticker.next()
 
@@ -350,8 +344,7 @@ class Execution:
                 allowed_duration(
                     trajectory,
                     settings.allowed_execution_duration_scaling if scaling is None else scaling,
-                    settings.allowed_goal_duration_margin if margin is None else margin, now_ns)
-            )
+                    settings.allowed_goal_duration_margin if margin is None else margin, now_ns))
         return max(limits, default=0.0)
 
     def _arrived(self, trajectory: JointTrajectory) -> bool:

@@ -85,8 +85,7 @@ class PathWatch:
             context, scene = self._context, self._context.scene.snapshot()
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
-                    self._trajectory, elapsed, self._overlaid(scene), self._group)
-            )
+                    self._trajectory, elapsed, self._overlaid(scene), self._group))
         return ''
 
     def _positions(self) -> list[float]:

@@ -87,8 +87,7 @@ class MoveAction:
         return await self._job.run(
             request,
             scene_diff=goal.request.planning_options.planning_scene_diff,
-            cancelled=lambda: goal.is_cancel_requested,
-        )
+            cancelled=lambda: goal.is_cancel_requested)
 
     async def _plan_and_execute(self, goal: ServerGoalHandle, result: Any) -> None:
         options, request = goal.request.planning_options, goal.request.request
@@ -131,8 +130,7 @@ class MoveAction:
         context = self._context
         return bool(
             await context.queries.submit(
-                lambda: context.query_planner.goal_reached(request, scene))
-        )
+                lambda: context.query_planner.goal_reached(request, scene)))
 
     async def _run(
         self, goal: ServerGoalHandle, plan: PlanningAnswer, recorder: StateRecorder
@@ -158,8 +156,7 @@ def plans_only(context: Context, source: str, *, requested: bool) -> bool:
     if not requested and not context.execution_settings.allow_trajectory_execution:
         context.logger.warning(
             f'{source}: trajectory execution is switched off (allow_trajectory_execution is '
-            'false); planning only'
-        )
+            'false); planning only')
         return True
     return requested
 
@@ -193,8 +190,7 @@ class SequenceJob:
         """
         items = [
             SequenceItem(request_from_message(item.req), float(item.blend_radius))
-            for item in message.items
-        ]
+            for item in message.items]
         context = self._context
         cancelled = context.or_ending(cancelled)
         scene = await (self._job.scene() if items else context.present_scene())
@@ -206,8 +202,7 @@ class SequenceJob:
                 items, scene, clock=context.planning_clock(), cancelled=cancelled,
                 pipeline=pipeline,
             ),
-            cancelled,
-        )
+            cancelled)
         context.check_ending('planning')
         answer.planning_time = response.planning_time
         fill_error(answer.error_code, response.error_code, response.message, response.source)
@@ -216,13 +211,11 @@ class SequenceJob:
             carried = context.started(scene, items[0].request.start_state).attached.values()
             starts = [
                 robot_state_to_message(plan.trajectory_start, context.frame, attached=carried)
-                for plan in response.plans
-            ]
+                for plan in response.plans]
             answer.sequence_start = starts[0]
         answer.planned_trajectories = [
             robot_trajectory_message(trajectory, context.frame)
-            for trajectory in response.trajectories
-        ]
+            for trajectory in response.trajectories]
         for plan, start in zip(response.plans, starts, strict=True):
             self._display.publish_plan(
                 pipeline or items[0].request.pipeline_id

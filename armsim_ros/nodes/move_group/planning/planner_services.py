@@ -81,8 +81,7 @@ class PlannerParams:
         if request.pipeline_id and request.pipeline_id not in settings.pipelines:
             context.logger.error(
                 f"set_planner_params: pipeline '{request.pipeline_id}' is not known; allowed: "
-                f"{', '.join(settings.pipelines)}"
-            )
+                f"{', '.join(settings.pipelines)}")
         elif len(keys) != len(values):
             context.logger.error(
                 f'set_planner_params: {len(keys)} keys and {len(values)} values; nothing changed')
@@ -122,8 +121,7 @@ class QueryPlannerInterface:
                 planner_ids=list(
                     COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)),
             )
-            for pipeline in settings.pipelines
-        ]
+            for pipeline in settings.pipelines]
 
 
 #: Contacts of a state that are shown, the diameter of a marker [m], its lifetime in RViz [s].
@@ -186,8 +184,7 @@ class DisplayPlannedPath:
         self._settings = settings
         self._publishers = {
             topic: node.create_publisher(DisplayTrajectory, topic, 10)
-            for topic in {TOPIC, settings.display_path_topic}
-        }
+            for topic in {TOPIC, settings.display_path_topic}}
 
     def publish(self, start: RobotState, trajectory: RobotTrajectory, topic: str = TOPIC) -> None:
         """Publish a trajectory and the state that it begins in."""

@@ -197,8 +197,7 @@ class StateMonitor:
         if abs(stamp - self._first_ns) > COMPLETION_NS and not self.complete:
             self._complain(
                 f"joint states are incomplete: no position of {', '.join(self.missing)} on "
-                f"{', '.join(self.topics)}"
-            )
+                f"{', '.join(self.topics)}")
         self._notify()
 
     def _stamp(self, message: JointState) -> int:
@@ -217,8 +216,7 @@ class StateMonitor:
                 self._warn_once(
                     'clocks',
                     f'joint states are stamped {abs(now - stamp) / 1e9:.0f} s away from the clock '
-                    'of this node: one of the two does not use sim time; set use_sim_time on both',
-                )
+                    'of this node: one of the two does not use sim time; set use_sim_time on both')
             stamp = now
         return stamp
 

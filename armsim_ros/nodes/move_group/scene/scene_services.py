@@ -122,8 +122,7 @@ def below_folder(folder: Path, name: str) -> Path:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
             f"'{path}' is not below '{folder}'; give a path in that folder, or start "
-            "move_group with another geometry_folder ('/' for anywhere)",
-        )
+            "move_group with another geometry_folder ('/' for anywhere)")
     root.mkdir(parents=True, exist_ok=True)
     return path
 

@@ -168,8 +168,7 @@ class AttachHint:
                 context.logger.warning(
                     f"attached object '{item.id}' touches the link '{item.link_name}' that it is "
                     f"attached to: every plan will begin in collision; add '{item.link_name}' to "
-                    'touch_links'
-                )
+                    'touch_links')
 
         context.queries.submit(look)
 
@@ -287,18 +286,15 @@ def fill_geometry(
     message.world.collision_objects = [
         removal_message(name, frame)
         for name in (*before.objects, *before.attached)
-        if name not in now.objects and name not in now.attached
-    ]
+        if name not in now.objects and name not in now.attached]
     message.world.collision_objects += [
         object_to_message(item, frame)
         for name, item in now.objects.items()
-        if before.objects.get(name) is not item
-    ]
+        if before.objects.get(name) is not item]
     attached = [
         attached_object_to_message(item)
         for name, item in now.attached.items()
-        if before.attached.get(name) is not item
-    ]
+        if before.attached.get(name) is not item]
     for name, item in before.attached.items():
         if name not in now.attached:
             gone = attached_object_to_message(item)

@@ -109,8 +109,7 @@ class Transforms:
             self._context.scene.set_frames({
                 name: frame
                 for name, frame in self._frames().items()
-                if _differ(frame, known.get(name))
-            })
+                if _differ(frame, known.get(name))})
 
     def _frames(self) -> dict[str, FixedFrame]:
         """Return all frames that were received, as a tree rooted at the robot."""

@@ -100,8 +100,7 @@ class Diagnostics:
 
     def _injected(self, faults: FaultInjector) -> DiagnosticStatus:
         active = {
-            joint: str(fault) for joint, fault in faults.active.items() if joint in self._joints
-        }
+            joint: str(fault) for joint, fault in faults.active.items() if joint in self._joints}
         text = f'Joints fail on purpose: {", ".join(active)}' if active else (
             'Joints can be made to fail, none does'
         )
@@ -167,5 +166,4 @@ class Activity:
         self._publisher.publish(
             activity_message(
                 time_ns, self._manager.list_controllers(),
-                self._manager.list_hardware_components())
-        )
+                self._manager.list_hardware_components()))

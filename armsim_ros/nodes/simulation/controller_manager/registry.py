@@ -69,8 +69,7 @@ class ControllerDescriptions:
             hint = nearest(name, names) or f'known: {", ".join(names) or "none"}'
             raise ControllerError(
                 f"nothing describes a controller '{name}': no file of the robot, and the "
-                f"parameter '{name}.type' is not set; {hint}"
-            )
+                f"parameter '{name}.type' is not set; {hint}")
         return read_description(name, kind, block, options.values)
 
     def fallback_controllers(self, name: str) -> tuple[str, ...]:

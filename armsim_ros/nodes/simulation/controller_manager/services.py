@@ -71,8 +71,7 @@ class ControllerManagerQueries:
 
     def _list_controllers(self, _: Any, response: Any) -> Any:
         response.controller = [
-            controller_message(info) for info in self._manager.list_controllers()
-        ]
+            controller_message(info) for info in self._manager.list_controllers()]
         return response
 
     def _list_types(self, _: Any, response: Any) -> Any:
@@ -84,8 +83,7 @@ class ControllerManagerQueries:
     def _list_components(self, _: Any, response: Any) -> Any:
         response.component = [
             component_message(info, self._update_rate)
-            for info in self._manager.list_hardware_components()
-        ]
+            for info in self._manager.list_hardware_components()]
         return response
 
     def _list_interfaces(self, _: Any, response: Any) -> Any:
@@ -155,8 +153,7 @@ class ControllerManagerServices:
         except Exception:  # noqa: BLE001 - the caller always gets an answer
             self._node.get_logger().error(
                 'a request failed inside the program; please report this:\n'
-                + traceback.format_exc()
-            )
+                + traceback.format_exc())
             return False
         return True
 
@@ -165,8 +162,7 @@ class ControllerManagerServices:
         if active and not request.force_kill:
             self._node.get_logger().error(
                 f'controllers are active ({", ".join(active)}); deactivate them first, or set '
-                'force_kill'
-            )
+                'force_kill')
             return response
         switched, _ = await self._switched((), active, Strictness.STRICT, DEFAULT_SWITCH_TIMEOUT)
         names = [info.name for info in self._manager.list_controllers()]

@@ -110,8 +110,7 @@ class GoalServer(ABC):
         self._taken: tuple[Any, Any] | None = None
         self._discoveries = [
             ClientDiscovery(node, dispatcher, f'{name}/_action/{service}')
-            for service in ('send_goal', 'cancel_goal', 'get_result')
-        ]
+            for service in ('send_goal', 'cancel_goal', 'get_result')]
         self._running: dict[bytes, RunningGoal] = {}
         self._ending = ''
         self._server = ActionServer(
@@ -261,8 +260,7 @@ class FollowJointTrajectoryServer(GoalServer):
             trajectory_from_message(request.trajectory),
             tolerances_from_messages(request.path_tolerance),
             tolerances_from_messages(request.goal_tolerance),
-            seconds_from_duration(request.goal_time_tolerance),
-        )
+            seconds_from_duration(request.goal_time_tolerance))
         return response.goal
 
     def _cancel_goal(self, goal: TrajectoryGoal) -> bool:

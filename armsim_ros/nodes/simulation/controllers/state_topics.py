@@ -60,8 +60,7 @@ class Commands:
         else:
             self._subscriptions = [
                 node.create_subscription(Float64MultiArray, name, self._receive, qos.COMMAND)
-                for name in ('~/commands', '~/command')
-            ]
+                for name in ('~/commands', '~/command')]
 
     def _receive(self, message: Float64MultiArray) -> None:
         self._controller.receive(message.data)
@@ -137,8 +136,7 @@ class PidTopics:
                 time_step=snapshot.period,
                 output=float(snapshot.output[i]),
             )
-            for i, name in enumerate(snapshot.names)
-        ])
+            for i, name in enumerate(snapshot.names)])
         fill_time(message.header.stamp, snapshot.time_ns)
         self._publisher.publish(message, time_ns)
 
@@ -190,8 +188,7 @@ class GpioTopics:
             return
         self._controller.receive([
             (gpio, group.interface_names, group.values)
-            for gpio, group in zip(gpios, groups, strict=True)
-        ])
+            for gpio, group in zip(gpios, groups, strict=True)])
 
 
 #: Names the compliant frame.
@@ -210,8 +207,7 @@ class AdmittanceTopics:
             for kind, topic, receive in (
                 (JointTrajectoryPoint, '~/joint_references', self._refer),
                 (WrenchStamped, '~/wrench_reference', self._add_wrench),
-            )
-        ]
+            )]
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""

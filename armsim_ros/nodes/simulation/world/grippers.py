@@ -52,8 +52,7 @@ class GripperContacts:
         name = re.sub(r'\W', '_', gripper.name)
         self._publisher = node.create_publisher(
             ContactInformation, f'{namespace}/{name}/contacts', QoSProfile(depth=DEPTH),
-            event_callbacks=PublisherEventCallbacks(matched=self._match),
-        )
+            event_callbacks=PublisherEventCallbacks(matched=self._match))
 
     def _match(self, _: Any) -> None:
         self._loop.call(self._look_where_wanted)

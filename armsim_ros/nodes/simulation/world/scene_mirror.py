@@ -66,8 +66,7 @@ class SceneMirror:
         self._waiting: list[Callable[[], object]] = []
         self._publisher = node.create_publisher(
             PlanningScene, TOPIC, QoSProfile(depth=DEPTH),
-            event_callbacks=PublisherEventCallbacks(matched=self._matched),
-        )
+            event_callbacks=PublisherEventCallbacks(matched=self._matched))
         dispatcher.every(PERIOD, self._listen)
         loop.every(_TICK_NS, self._look_in_tick)
 

@@ -89,8 +89,7 @@ class SimulatorFeatures:
             f'mode: {"lockstep" if lockstep else "real time"}; physics step: {timestep:g} s')
         self._features = [
             int(feature)
-            for feature in (*_FEATURES, *((Features.SIMULATION_RESET_TIME,) if lockstep else ()))
-        ]
+            for feature in (*_FEATURES, *((Features.SIMULATION_RESET_TIME,) if lockstep else ()))]
         node.create_service(GetSimulatorFeatures, '/get_simulator_features', self._answer)
 
     def _answer(self, _: Any, response: Any) -> Any:
@@ -158,14 +157,12 @@ class WorldServer:
                 node, work, dispatcher, robot.settings.namespace, gripper, tell_scene)
             for robot in cell.robots
             for gripper in loop.simulation.vacuum_grippers.values()
-            if gripper.settings.link in robot.model.links
-        ]
+            if gripper.settings.link in robot.model.links]
         #: Suction cup -> what switches it.
         self.cups = {server.control.gripper.name: server.control for server in grippers_of_robots}
         self._finger_topics = [
             GripperContacts(node, loop, dispatcher, robot.settings.namespace, gripper, fingers)
-            for robot in cell.robots for gripper in grippers[robot.name]
-        ]
+            for robot in cell.robots for gripper in grippers[robot.name]]
         if WrenchServer is not None:
             self._wrenches = WrenchServer(node, work, dispatcher, self.entities)
             self.resetting.followers.append(self._wrenches.clear)
