@@ -206,10 +206,9 @@ class Controller(ABC, Generic[ParametersT]):
     def warn_of_rate(self) -> None:
         """Warn where the parameters ask for a rate that cannot be run."""
         if self._requested_rate != self.own_rate:
-            self.events.add(
-                self.time_ns, 'warning', 'warning',
-                f'runs at {self.own_rate} Hz instead of {self._requested_rate} Hz: its '
-                f"update_rate has to divide the manager's {self.context.update_rate} Hz")
+            self.events.warn(
+                self.time_ns, f'runs at {self.own_rate} Hz instead of {self._requested_rate} Hz: '
+                f"its update_rate has to divide the manager's {self.context.update_rate} Hz")
 
     @property
     def _requested_rate(self) -> int:

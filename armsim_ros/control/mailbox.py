@@ -161,6 +161,10 @@ class EventQueue:
         """Queue an event."""
         self._events.append(ControllerEvent(time_ns, level, self.source, kind, text))
 
+    def warn(self, time_ns: int, text: str) -> None:
+        """Queue a warning about what goes on all the same."""
+        self.add(time_ns, 'warning', 'warning', text)
+
     def drain(self) -> list[ControllerEvent]:
         """Return all events that were not taken yet, oldest first."""
         taken: list[ControllerEvent] = []
@@ -198,4 +202,4 @@ class RepeatedWarning:
         if len(self._said) > 20:
             self._said.clear()
         self._said[subject or text] = time_ns
-        self._events.add(time_ns, 'warning', 'warning', text)
+        self._events.warn(time_ns, text)

@@ -189,8 +189,8 @@ class ForceTorqueSensorBroadcaster(SensorBroadcaster):
         super().configure()
         self._zero, self._taring = np.zeros(6), False
         if self._own.sensor_filter_chain:
-            self.events.add(self.time_ns, 'warning', 'warning',
-                            'sensor_filter_chain has no effect: wrench_filtered is wrench')
+            self.events.warn(
+                self.time_ns, 'sensor_filter_chain has no effect: wrench_filtered is wrench')
 
     @property
     def _own(self) -> ForceTorqueSensorBroadcasterParameters:

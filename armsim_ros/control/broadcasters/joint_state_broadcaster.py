@@ -235,4 +235,4 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
         return sorted(j.name for j in joints if j is not None and j.type is not JointType.FIXED)
 
     def _warn(self, text: str) -> None:
-        self.events.add(self.time_ns, 'warning', 'warning', text)
+        self.events.warn(self.time_ns, text)

@@ -268,8 +268,8 @@ class ComplianceController(Controller[ParametersT]):
         if by_hardware != self.parameters.use_gravity_compensation:
             return
         who, what = (('both', 'floats up') if by_hardware else ('neither', 'sinks'))
-        self.events.add(
-            self.time_ns, 'warning', 'warning', f'{who} of hardware and controller compensate'
+        self.events.warn(
+            self.time_ns, f'{who} of hardware and controller compensate'
             f"{'' if by_hardware else 's'} gravity, so the arm {what}: set either "
             "'servo.gravity_compensation' of simulation.yaml or 'use_gravity_compensation' of "
             f"'{self.name}'")

@@ -109,8 +109,7 @@ class Resources:
                 try:
                     self.set_state(name, state)
                 except ControllerError as error:
-                    events.add(0, 'warning', 'warning',
-                               f'hardware_components_initial_state.{state}: {error}')
+                    events.warn(0, f'hardware_components_initial_state.{state}: {error}')
 
     @property
     def idle_joints(self) -> frozenset[str]:

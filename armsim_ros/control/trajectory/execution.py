@@ -249,7 +249,7 @@ class TrajectoryExecution:
         verdict = self._monitor.check(record.error, over)
         if verdict is SUCCESS and self.goal is not None:
             if missed := self._monitor.missed(record.error):
-                self._events.add(time_ns, 'warning', 'warning', f'goal succeeded, but {missed}')
+                self._events.warn(time_ns, f'goal succeeded, but {missed}')
             self._succeed(self.goal, time_ns)
             return
         if verdict is None or verdict is SUCCESS:

@@ -172,7 +172,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         except RefusedTrajectoryError as error:
             return self._refuse(trajectory, error)
         for text in warnings:
-            self.events.add(self.time_ns, 'warning', 'warning', text)
+            self.events.warn(self.time_ns, text)
         loop.inbox.post(request)
         if not self.active:
             loop.abort_pending('the controller was deactivated')
@@ -212,7 +212,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
             text = f'speed scaling factor {factor:g} ignored; allowed: 0 or more'
             if not self.subscribes_speed_scaling:
                 text = 'speed scaling ignored: it needs command_interfaces [position]'
-            self.events.add(self.time_ns, 'warning', 'warning', text)
+            self.events.warn(self.time_ns, text)
             return False
         if self.parameters.speed_source:
             self.context.hardware.given_states[self.parameters.speed_source] = factor

@@ -87,11 +87,11 @@ def warn_of_configuration(
         )
         events.add(time_ns, 'info', 'warning', text)
     if parameters.initial_pace != parameters.speed_scaling.initial_scaling_factor:
-        text = 'speed_scaling.initial_scaling_factor has no effect: it needs [position] alone'
-        events.add(time_ns, 'warning', 'warning', text)
+        events.warn(time_ns, 'speed_scaling.initial_scaling_factor has no effect: it needs '
+                    '[position] alone')
     if parameters.open_loop_control:
-        text = 'open_loop_control is deprecated, use interpolate_from_desired_state'
-        events.add(time_ns, 'warning', 'warning', text)
+        events.warn(
+            time_ns, 'open_loop_control is deprecated, use interpolate_from_desired_state')
 
 
 def stop_brakes(
@@ -116,9 +116,8 @@ def stop_brakes(
         elif not 0.0 < limit < np.inf:
             lacking = f"the URDF gives joint '{joint}' no velocity limit"
     if lacking:
-        events.add(
-            time_ns, 'warning', 'warning',
-            f'decelerate_on_cancel is not possible, a cancel stops at once: {lacking}')
+        events.warn(
+            time_ns, f'decelerate_on_cancel is not possible, a cancel stops at once: {lacking}')
         return None
     return brakes
 
@@ -129,9 +128,8 @@ def command_timeout(
     """Return cmd_timeout [s]; 0, with a warning, where goal_time is not below it."""
     timeout, goal_time = parameters.cmd_timeout, parameters.constraints.goal_time
     if 0.0 < timeout <= goal_time:
-        events.add(
-            time_ns, 'warning', 'warning',
-            f'cmd_timeout {timeout:g} s is switched off: it has to be above '
+        events.warn(
+            time_ns, f'cmd_timeout {timeout:g} s is switched off: it has to be above '
             f'constraints.goal_time {goal_time:g} s')
         return 0.0
     return timeout

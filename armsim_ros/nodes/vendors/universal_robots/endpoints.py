@@ -188,8 +188,7 @@ class Freedrive:
         if message.data == arm.freedrive or not self._controller.active:
             return
         if message.data and arm.obstacle:
-            self._controller.events.add(self._last_ns, 'warning', 'warning',
-                                        f'no freedrive: {arm.obstacle}')
+            self._controller.events.warn(self._last_ns, f'no freedrive: {arm.obstacle}')
             return
         try:
             await self._nodes.change(lambda: arm.set_freedrive(message.data))
