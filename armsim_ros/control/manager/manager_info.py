@@ -50,8 +50,8 @@ def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
     left = list(controllers)
     while left:
         # A ring of controllers has no beginning; it is cut at the controller loaded first.
-        first = next((candidate for candidate in left
-                      if not preceding(candidate, _without(left, candidate))), left[0])
+        first = next((each for each in left if not preceding(
+            each, [other for other in left if other is not each])), left[0])
         ordered.append(first)
         left.remove(first)
     return ordered
@@ -126,10 +126,6 @@ def all_following(
         found += [follower for follower in following(member, others)
                   if follower not in found and follower is not controller]
     return found
-
-
-def _without(controllers: Iterable[AnyController], removed: AnyController) -> list[AnyController]:
-    return [other for other in controllers if other is not removed]
 
 
 @dataclass(frozen=True, slots=True)

@@ -107,7 +107,7 @@ class VacuumGripper(Restorable):
         mass = float(model.body_subtreemass[body])
         gravity = float(np.linalg.norm(model.opt.gravity))
         size = min(self.settings.force, mass * (gravity + PULL))
-        force = size * (self._rim() - surface) / distance
+        force = size * (self._point_of(self._pose()) - surface) / distance
         arm = surface - data.xipos[body]
         data.xfrc_applied[body] = np.concatenate([force, _cross(arm, force)])
         self._pulled = name
@@ -224,9 +224,6 @@ class VacuumGripper(Restorable):
 
     def _pose(self) -> Matrix:
         return self._plant.pose(self._plant.body(self.settings.link))
-
-    def _rim(self) -> Vector:
-        return self._point_of(self._pose())
 
     def _point_of(self, pose: Matrix) -> Vector:
         rim: Vector = pose[:3, :3] @ self._offset + pose[:3, 3]

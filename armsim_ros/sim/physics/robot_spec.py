@@ -72,7 +72,8 @@ class RobotSpec:
         if contacts:
             self._add_motors()
             self._add_mimics()
-            self._add_exclusions()
+            for first, second in untouching_pairs(self.model):
+                self.exclude(first, second)
 
     def name(self, element: str) -> str:
         """Return the MuJoCo name of a link or joint of this robot."""
@@ -222,10 +223,6 @@ class RobotSpec:
             equality.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
             equality.solref = [MIMIC_TIMESTEPS * self.settings.timestep, 1.0]
             equality.solimp = list(MIMIC_SOLIMP)
-
-    def _add_exclusions(self) -> None:
-        for first, second in untouching_pairs(self.model):
-            self.exclude(first, second)
 
 
 def bound_or_infinite(bound: float) -> float:

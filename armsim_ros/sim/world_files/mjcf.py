@@ -85,8 +85,9 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
         items.append(WorldObject(name, part.origin, (
             LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
     check_names(items)
-    return LoadedWorld(_model_name(text, file), tuple(items), floor, unused.lines,
-                       (x, y, z) if _tells_gravity(text, file) else None)
+    gravity = (x, y, z) if _tells_gravity(text, file) else None
+    name = parse(text, file).get('model') or 'world'
+    return LoadedWorld(name, tuple(items), floor, unused.lines, gravity)
 
 
 def _is_level(part: LinkGeometry) -> bool:
@@ -116,7 +117,8 @@ class _Reader:
                 else:
                     self._unused.add(f"joint '{model.joint(joint).name}' of body '{name}': its "
                                      'bodies hold together')
-        pose = self._body_pose(top)
+        pose = pose_from_parts(
+            self._data.xpos[top], matrix_from_quat_wxyz(self._data.xquat[top]))
         to_top = inverse_pose(pose)
         found = [geom for body in inside for geom in self.geoms(body, to_top)]
         if not found:
@@ -180,10 +182,6 @@ class _Reader:
         face, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
         return Mesh(np.array(model.mesh_vert[first:first + count], dtype=np.float64),
                     np.array(model.mesh_face[face:face + faces], dtype=np.int64))
-
-    def _body_pose(self, body: int) -> Matrix:
-        return pose_from_parts(
-            self._data.xpos[body], matrix_from_quat_wxyz(self._data.xquat[body]))
 
     def _inertial(self, body: int, frame: Matrix) -> Inertial:
         pose = pose_from_parts(self._data.xipos[body], self._data.ximat[body].reshape(3, 3))
@@ -285,7 +283,3 @@ def _clean(element: XmlElement, unused: Unused) -> None:
 
 def _tells_gravity(text: str, file: str) -> bool:
     return any(option.get('gravity') for option in parse(text, file).all('option'))
-
-
-def _model_name(text: str, file: str) -> str:
-    return parse(text, file).get('model') or 'world'
