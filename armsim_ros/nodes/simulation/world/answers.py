@@ -32,6 +32,14 @@ from armsim_ros.sim.world.entities import relative_state, UnknownEntityError, WO
 NORM_TOLERANCE = 0.01
 
 
+class RefusedError(ArmsimError):
+    """A request cannot be carried out; ``code`` is for its result."""
+
+    def __init__(self, code: int, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+
+
 class RefusedPoseError(ArmsimError):
     """A message holds a pose that no entity can have."""
 
@@ -49,6 +57,8 @@ def answered(service: Callable[..., Any]) -> Callable[..., Any]:
         response.result.result = Result.RESULT_OK
         try:
             await service(self, request, response)
+        except RefusedError as error:
+            refuse(response.result, error.code, str(error))
         except UnknownEntityError as error:
             refuse(response.result, Result.RESULT_NOT_FOUND, str(error))
         except ArmsimError as error:

@@ -32,7 +32,7 @@ from armsim_ros.nodes.simulation.world.answers import (
     answered,
     box,
     given_state,
-    refuse,
+    RefusedError,
     RefusedPoseError,
     state_message,
     Work,
@@ -227,7 +227,7 @@ class EntityServices:
         try:
             await self._work.beside(lambda: self._work.wait_for_loop(put))
         except RefusedPoseError as error:
-            refuse(response.result, SetEntityState.Response.INVALID_POSE, str(error))
+            raise RefusedError(SetEntityState.Response.INVALID_POSE, str(error)) from None
 
     @answered
     async def _info(self, request: Any, response: Any) -> None:
@@ -243,14 +243,12 @@ class EntityServices:
         requested = request.info
         known = await self._work.in_loop(lambda: self._entities.info(request.entity))
         if requested.category.category not in (EntityCategory.CATEGORY_OBJECT, known.category):
-            refuse(response.result, response.result.RESULT_OPERATION_FAILED,
-                   f"the category of '{request.entity}' is {int(known.category)} and cannot be "
-                   f'changed to {requested.category.category}')
-            return
+            raise SimulationError(
+                f"the category of '{request.entity}' is {int(known.category)} and cannot be "
+                f'changed to {requested.category.category}')
         if len(requested.description) > LONGEST_TEXT or len(requested.tags) > MOST_TAGS:
-            refuse(response.result, response.result.RESULT_OPERATION_FAILED,
-                   f'allowed: a description of {LONGEST_TEXT} characters and {MOST_TAGS} tags')
-            return
+            raise SimulationError(
+                f'allowed: a description of {LONGEST_TEXT} characters and {MOST_TAGS} tags')
         await self._work.in_loop(lambda: self._entities.set_info(
             request.entity, requested.description, requested.tags))
 

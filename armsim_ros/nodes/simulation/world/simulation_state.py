@@ -25,7 +25,7 @@ from std_srvs.srv import Empty
 from armsim_ros.errors import SimulationError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.world.answers import answered, refuse, Work
+from armsim_ros.nodes.simulation.world.answers import answered, refuse, RefusedError, Work
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.world.entities import Entities
 
@@ -146,14 +146,12 @@ class Resetting:
     async def _reset(self, request: Any, response: Any) -> None:
         scope = _KNOWN if request.scope in (0, _ALL) else request.scope
         if scope & ~_KNOWN:
-            refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED,
-                   f'scope {request.scope} is not known; allowed: a sum of TIME (1), STATE (2), '
-                   'SPAWNED (4), or ALL (255)')
-            return
+            raise RefusedError(
+                Result.RESULT_FEATURE_UNSUPPORTED, f'scope {request.scope} is not known; allowed: '
+                'a sum of TIME (1), STATE (2), SPAWNED (4), or ALL (255)')
         if scope & _TIME and not self._resets_time:
             if scope == _TIME:
-                refuse(response.result, Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
-                return
+                raise RefusedError(Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
             response.result.error_message = NO_TIME
             scope -= _TIME
         await self.reset(scope)
@@ -222,18 +220,16 @@ class SimulationStateServices:
             self._dispatcher.post_later(0.1, self._quit)  # the answer goes out first
             return
         if requested not in _WORDS:
-            refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'state {requested} cannot be requested; allowed: stopped (0), playing (1), '
-                   'paused (2), quitting (3); load_world and unload_world change the world')
-            return
+            raise RefusedError(
+                kinds.INCORRECT_TRANSITION, f'state {requested} cannot be requested; allowed: '
+                'stopped (0), playing (1), paused (2), quitting (3); load_world and unload_world '
+                'change the world')
         if self._state.now not in _WORDS:
-            refuse(response.result, kinds.INCORRECT_TRANSITION,
-                   f'no world is loaded, so nothing can be {_WORDS[requested]}; call load_world')
-            return
+            raise RefusedError(kinds.INCORRECT_TRANSITION, 'no world is loaded, so nothing can be '
+                               f'{_WORDS[requested]}; call load_world')
         if self._state.now == requested:
-            refuse(response.result, kinds.ALREADY_IN_TARGET_STATE,
-                   f'it is {_WORDS[requested]} already')
-            return
+            raise RefusedError(
+                kinds.ALREADY_IN_TARGET_STATE, f'it is {_WORDS[requested]} already')
         if requested == _STOPPED:
             scopes = ResetSimulation.Request
             await self._resetting.reset(scopes.SCOPE_STATE | scopes.SCOPE_SPAWNED, stop=True)

@@ -33,6 +33,7 @@ from armsim_ros.nodes.simulation.world.answers import (
     checked_pose,
     frame_of,
     refuse,
+    RefusedError,
     RefusedPoseError,
     Work,
 )
@@ -60,14 +61,6 @@ class _Order(NamedTuple):
     text: str
     namespace: str
     pose: Any
-
-
-class _RefusedError(ArmsimError):
-    """A request cannot be carried out."""
-
-    def __init__(self, code: int, text: str) -> None:
-        super().__init__(text)
-        self.code = code
 
 
 class Spawning:
@@ -110,15 +103,16 @@ class Spawning:
         failed = [result for result in response.results
                   if result.result.result != Result.RESULT_OK]
         if failed:
-            refuse(response.result, SpawnEntities.Response.ENTITIES_SPAWN_FAILED,
-                   f'{len(failed)} of {len(response.results)} could not be spawned, the first '
-                   f'because: {failed[0].result.error_message}')
+            raise RefusedError(
+                SpawnEntities.Response.ENTITIES_SPAWN_FAILED, f'{len(failed)} of '
+                f'{len(response.results)} could not be spawned, the first because: '
+                f'{failed[0].result.error_message}')
 
     async def _spawned(self, order: _Order, result: Result) -> str:
         """Carry out a request; return the name, '' if refused, with the reason in the result."""
         try:
             name, note = await self._work.beside(lambda: self._spawn(order))
-        except _RefusedError as error:
+        except RefusedError as error:
             refuse(result, error.code, str(error))
             return ''
         except ArmsimError as error:
@@ -134,31 +128,31 @@ class Spawning:
         if order.name and not order.renaming:
             self._check_name(order.name)
         if order.namespace and not _NAMESPACE.fullmatch(order.namespace):
-            raise _RefusedError(
+            raise RefusedError(
                 SpawnResult.NAMESPACE_INVALID, f"'{order.namespace[:200]}' is not a namespace; "
                 'allowed: letters, digits and _ that do not begin with a digit, separated by /')
         try:
             loaded = self._resources.object(order.uri, order.text, order.name)
         except ResourceFaultError as error:
-            raise _RefusedError(getattr(SpawnResult, error.fault.name), str(error)) from None
+            raise RefusedError(getattr(SpawnResult, error.fault.name), str(error)) from None
         name = self._name(order, loaded.item)
         try:
             local = checked_pose(order.pose.pose)
             frame = self._work.wait_for_loop(
                 lambda: frame_of(order.pose.header.frame_id, self._entities.frame_pose))
         except RefusedPoseError as error:
-            raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
+            raise RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
         edit = self._entities.stage_spawn([replace(loaded.item, name=name, pose=frame @ local)])
         try:
             overlap = self._work.wait_for_loop(lambda: self._entities.spawn(edit))
         except OverlapError as error:
-            raise _RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
+            raise RefusedError(SpawnResult.INVALID_POSE, str(error)) from None
         return name, '; '.join(filter(None, (told_of(loaded), overlap)))
 
     def _name(self, order: _Order, item: WorldObject) -> str:
         requested = order.name or item.name
         if not requested and not order.renaming:
-            raise _RefusedError(
+            raise RefusedError(
                 SpawnResult.NAME_INVALID, 'the name is empty, and the resource gives none; '
                 'allow_renaming lets it be chosen')
         if not _NAME.fullmatch(requested):
@@ -167,14 +161,14 @@ class Spawning:
             requested = re.sub(r'[^A-Za-z0-9_./-]', '_', requested)[:LONGEST_NAME - 8] or 'entity'
         taken = self._entities.has(requested) or requested in _RESERVED
         if taken and not order.renaming:
-            raise _RefusedError(
+            raise RefusedError(
                 SpawnResult.NAME_NOT_UNIQUE, f"the name '{requested}' is taken; allow_renaming "
                 'puts a number behind it')
         return self._entities.free_name(requested, _RESERVED)
 
     def _check_name(self, name: str) -> None:
         if not _NAME.fullmatch(name):
-            raise _RefusedError(
+            raise RefusedError(
                 SpawnResult.NAME_INVALID, f"'{name[:LONGEST_NAME]}' is not a name; allowed: 1 to "
                 f'{LONGEST_NAME} letters, digits, _ - . /')
 
@@ -236,8 +230,7 @@ class Worlds:
             except ResourceError as error:
                 problems.append(str(error))
         if problems and not request.continue_on_error:
-            refuse(response.result, Result.RESULT_OPERATION_FAILED, '; '.join(problems))
-            return
+            raise ResourceError('; '.join(problems))
         response.result.error_message = '; '.join(problems)
         for name, file in sorted(found.items()):
             tags = _SHIPPED if name in shipped else ()
@@ -250,9 +243,8 @@ class Worlds:
     @answered
     async def _current(self, request: Any, response: Any) -> None:
         if self._state.world is None:
-            refuse(response.result, GetCurrentWorld.Response.NO_WORLD_LOADED,
-                   'no world is loaded; call load_world')
-            return
+            raise RefusedError(GetCurrentWorld.Response.NO_WORLD_LOADED,
+                               'no world is loaded; call load_world')
         response.world = _world_message(self._state.world, self._state.uri, ())
 
     @answered
@@ -263,18 +255,15 @@ class Worlds:
                     request.uri, request.resource_string,
                     ignore_assets=request.ignore_missing_or_unsupported_assets))
         except ResourceFaultError as error:
-            refuse(response.result, getattr(LoadWorld.Response, error.fault.name), str(error))
-            return
+            raise RefusedError(getattr(LoadWorld.Response, error.fault.name), str(error)) from None
         if world.unused and request.fail_on_unsupported_element:
-            refuse(response.result, LoadWorld.Response.UNSUPPORTED_ELEMENTS,
-                   f'not used here: {"; ".join(world.unused)}')
-            return
+            raise RefusedError(LoadWorld.Response.UNSUPPORTED_ELEMENTS,
+                               f'not used here: {"; ".join(world.unused)}')
         self._state.loading = True
         try:
             await self._exchange(world)
         except SimulationError as error:
-            refuse(response.result, LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error))
-            return
+            raise RefusedError(LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error)) from None
         finally:
             self._state.loading = False
         self._state.world, self._state.uri = world.name, request.uri
@@ -286,9 +275,8 @@ class Worlds:
     @answered
     async def _unload(self, request: Any, response: Any) -> None:
         if self._state.world is None:
-            refuse(response.result, UnloadWorld.Response.NO_WORLD_LOADED,
-                   'no world is loaded, so none can be unloaded')
-            return
+            raise RefusedError(UnloadWorld.Response.NO_WORLD_LOADED,
+                               'no world is loaded, so none can be unloaded')
         await self._exchange(LoadedWorld('', ()))
         self._state.world, self._state.uri = None, ''
         self._node.get_logger().info('the world is unloaded; the robots do not move')
