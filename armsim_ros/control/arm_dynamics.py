@@ -42,7 +42,6 @@ class ArmDynamics:
 
     The base frame is a link that none of the joints moves; gravity is along -z of the root link.
 
-    :param model: the robot.
     :param joints: (n,) those that move.
     :param tip: the link whose pose and Jacobian are asked for.
     :param base: frame of poses; a name that the robot lacks is its root link.

@@ -146,7 +146,6 @@ def features_of(task: Any) -> dict[str, Feature]:
     """
     Return the columns of a task's episodes.
 
-    :param task: a ``TaskEnv``.
     :raises ConfigError: pictures of a size that the codec does not take.
     """
     space, features = task.observation_space, {}

@@ -51,7 +51,6 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     A control period is: controllers read ``state`` and write ``command``; ``write(steps)`` takes
     the commands over; ``step()`` is called ``steps`` times. Nothing here waits or reads a clock.
 
-    :param model: the robot.
     :param settings: physics, servo, start.
     :param world: floor and objects; None is a floor alone.
     :param gains: joint -> gains of its position controller.

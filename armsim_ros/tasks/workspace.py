@@ -138,7 +138,6 @@ def decorate(spec: Any, place: Workspace, mark: str) -> None:
     """
     Add cameras, light and mark to a specification.
 
-    :param spec: the ``MjSpec``.
     :param mark: ``disc`` on the table, ``ball`` in the air, or nothing.
     """
     middle = np.array([*place.centre, place.surface + 0.03])

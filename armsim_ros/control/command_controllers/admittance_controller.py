@@ -33,7 +33,6 @@ class LinkMotion:
     """
     Some links of a robot.
 
-    :param model: the robot.
     :param joints: (n,) those that move; all others are at 0.
     :param base: link before the joints, in whose frame everything is given.
     :param links: those that are asked for.

@@ -148,7 +148,6 @@ class ComplianceController(Controller[ParametersT]):
 
         :param frame: '' is the base frame; another link is taken where it is then.
         :param xyz: position [m].
-        :param xyzw: quaternion.
         :returns: why it was dropped, '' where it was taken.
         """
         if not np.isfinite(xyz).all():

@@ -51,7 +51,6 @@ class InverseDynamics:
     Gravity, inertia, Coriolis, rotor inertia, damping and dry friction; mimic joints load the
     joint that they follow.
 
-    :param model: the robot.
     :param settings: gravity, timestep, rotor inertia.
     """
 

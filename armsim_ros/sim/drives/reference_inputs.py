@@ -28,7 +28,6 @@ class ReferenceInputs(Restorable):
     that in free motion the plant lands on every reference. All arrays hold the active joints in
     the model's order.
 
-    :param model: the robot.
     :param settings: timestep, servo.
     :param gains: joint -> gains of its controller; a block without any gain counts as none.
     :param tune: takes p and d of the actuators (n,) whenever they change.

@@ -39,7 +39,6 @@ class VacuumGripper(Restorable):
     welded as it lies; the weld's own forces show when it is torn off.
 
     :param name: of the gripper.
-    :param plant: the physics.
     :param world: its objects.
     """
 

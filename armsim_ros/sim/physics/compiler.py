@@ -27,7 +27,6 @@ def compile_model(spec: Any) -> Any:
     calls the same function of the C library by ctypes, which lets the others run, and takes the
     finished model over as bytes. It costs a fraction of a millisecond in which they wait.
 
-    :param spec: the ``MjSpec``.
     :raises SimulationError: MuJoCo refuses it; its words are the text.
     """
     library = _library()

@@ -78,7 +78,6 @@ class PlantSpec:
     """
     Builds the ``MjSpec`` of a robot, and of the world around it if requested.
 
-    :param model: the robot.
     :param settings: physics.
     :param contacts: whether robot and objects touch; False gives the robot alone, as its
         inverse dynamics needs it.

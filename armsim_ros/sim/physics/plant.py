@@ -34,8 +34,6 @@ class StagedPlant(NamedTuple):
     """
     Physics that waits to take the place of what runs.
 
-    :param model: the ``MjModel``.
-    :param data: its ``MjData``.
     :param transfer: from the running model to this model.
     """
 

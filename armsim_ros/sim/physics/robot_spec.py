@@ -52,8 +52,6 @@ class RobotSpec:
     """
     Adds a robot to an ``MjSpec``.
 
-    :param spec: the specification.
-    :param model: the robot.
     :param settings: placement, rotor inertia, timestep.
     :param contacts: whether it gets shapes, motors and mimic constraints; its inverse dynamics
         needs none of them.

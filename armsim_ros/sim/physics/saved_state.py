@@ -81,7 +81,6 @@ class SimulationState:
 
     :param objects: names of the world's objects; a simulation with others cannot take it.
     :param fixed: poses (4, 4) of those that never move by themselves.
-    :param plant: the physics.
     :param drives: of the servo.
     :param grippers: suction cup -> its state.
     :param commands: (8, n) commands and feed-forward of all joints.
@@ -267,7 +266,6 @@ class Checkpoints:
     """
     Two states of the plant, so that the older is well before a fault.
 
-    :param model: the ``MjModel``.
     :param data: its ``MjData``; its present state is the first to go back to.
     """
 
@@ -309,7 +307,6 @@ def unstable_element(
     :param velocities: (n,) theirs [rad/s or m/s].
     :param last_velocities: (n,) a step before, finite.
     :param model: the ``MjModel``; its other joints are objects, which may be fast.
-    :param data: its ``MjData``.
     """
     speeds = np.abs(np.where(np.isfinite(velocities), velocities, np.inf))
     order = np.lexsort((np.abs(last_velocities), speeds))

@@ -57,7 +57,6 @@ def resolve_overlaps(
     Links that overlap at the start even as convex parts pass through each other.
 
     :param plant: at the start; where hulls overlap it is compiled again.
-    :param model: the robot.
     :param start: (n,) the joints there [rad or m].
     :returns: a warning for each pair that overlaps at the start or in a named state, and a remark
         on those that overlap elsewhere.
@@ -74,7 +73,6 @@ class _Resolver:
     Changes a plant until hulls do not press where meshes are apart.
 
     :param plant: at the start.
-    :param model: the robot.
     """
 
     def __init__(self, plant: Plant, model: RobotModel) -> None:
