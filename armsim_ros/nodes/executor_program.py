@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, ExitStack
 import traceback
 from typing import Any, ClassVar
@@ -26,7 +26,6 @@ from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.robot_program import StopSignals
 
 
 class ExecutorProgram(ABC):
@@ -105,36 +104,3 @@ def failures_logged(node: Node) -> Iterator[None]:
     except Exception:  # noqa: BLE001 - no request may end the program
         node.get_logger().error(
             'a request failed inside the program; please report this:\n' + traceback.format_exc())
-
-
-def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: Any
-         ) -> int:
-    """
-    Run a node until SIGINT or SIGTERM.
-
-    :param name: of the node where nothing renames it.
-    :param make: adds what the node does; what it returns is kept.
-    :returns: 0.
-    """
-    # rclpy's own handlers would raise, or shut the context down, in the midst of anything.
-    signals = StopSignals()
-    rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    node: Node | None = None
-    try:
-        node = Node(name, **options)
-        kept = make(node)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        signals.on_stop = rclpy.try_shutdown
-        if not signals.stop_requested:
-            executor.spin()
-        del kept
-    except ExternalShutdownException:
-        pass
-    finally:
-        # A participant that is left to the end of the process may wait there for seconds for a
-        # listener whose thread is gone.
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0

@@ -1,9 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes whose callbacks cannot end a program, and that read frequent topics on demand."""
+"""
+Nodes whose callbacks cannot end a program, and that read frequent topics on demand.
+
+What rclpy would keep for ever of entities and goals is let go.
+"""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
@@ -12,9 +17,11 @@ import traceback
 from typing import Any
 import weakref
 
+from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.action import ActionClient, ActionServer
+from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -22,6 +29,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.service import Service
 from rclpy.subscription import Subscription
+from rclpy.task import Future
 from rclpy.time_source import CLOCK_TOPIC
 from type_description_interfaces.srv import GetTypeDescription
 
@@ -46,6 +54,43 @@ def keep_live(group: CallbackGroup) -> CallbackGroup:
     if type(group.entities) is set:
         group.entities = LiveReferences(group.entities)
     return group
+
+
+class KeptResults:
+    """
+    The results of an action server: of the goals that ended last, and of no others.
+
+    A client that requests a result that is no longer kept is answered that the goal is not known.
+
+    :param server: whose ``result_timeout`` is in the node's time, as fast as that may run.
+    :param most: how many are kept.
+    """
+
+    def __init__(self, server: ActionServer, most: int) -> None:
+        self._server = server
+        self._most = most
+        self._ended: deque[ServerGoalHandle] = deque()
+
+    def add(self, goal: ServerGoalHandle) -> None:
+        """Keep the result of a goal that ends now; of those before, the requests no longer."""
+        if self._ended:
+            self._ended[-1]._goal_request = None
+        self._ended.append(goal)
+        while len(self._ended) > self._most:
+            self._forget(self._ended.popleft())
+
+    def _forget(self, goal: ServerGoalHandle) -> None:
+        """Let go of the messages of a goal whose result was sent long ago; rclpy never does."""
+        server, key = self._server, bytes(goal.goal_id.uuid)
+        if key not in server._result_futures:
+            return  # its time was up
+        unknown = server._action_type.Impl.GetResultService.Response()
+        unknown.status = GoalStatus.STATUS_UNKNOWN
+        forgotten = Future()
+        forgotten.set_result(unknown)
+        server.remove_future(server._result_futures[key])
+        server._result_futures[key] = forgotten
+        server.add_future(forgotten)
 
 
 class GuardedNode(Node):

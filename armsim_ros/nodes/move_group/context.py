@@ -25,8 +25,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.worker import Ticker, Worker
-from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.qos import KeptResults
+from armsim_ros.nodes.polling_node import KeptResults, PollingNode
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState

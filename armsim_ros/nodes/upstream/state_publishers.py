@@ -21,8 +21,6 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.nodes.executor_program import spin
-from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.state_publishers.joint_states import (
     DependentJointError,
     FIELDS,
@@ -34,6 +32,7 @@ from armsim_ros.nodes.state_publishers.robot_state_publisher import (
     RobotStatePublisher,
 )
 from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
+from armsim_ros.nodes.upstream.spinning import spin
 
 #: Parameter -> its default; all are read once, at the start.
 _DEFAULTS = {
@@ -78,11 +77,12 @@ class JointStatePublisher:
         self._node = node
         given = {name: _declared(node, name, default) for name, default in _DEFAULTS.items()}
         _check_dependent(node)
+        zeros: dict[str, Any] = dict(node.get_parameters_by_prefix('zeros'))
         self._options = JointStateOptions(
             use_mimic_tags=bool(given['use_mimic_tags']),
             use_smallest_joint_limits=bool(given['use_smallest_joint_limits']),
             zeros={name: _number(f'zeros.{name}', parameter.value)
-                   for name, parameter in parameters_by_prefix(node, 'zeros').items()},
+                   for name, parameter in zeros.items()},
             defaults=[kind for kind, key in zip(
                 FIELDS, ('positions', 'velocities', 'efforts'), strict=True)
                 if given[f'publish_default_{key}']])
@@ -146,7 +146,7 @@ def _check_dependent(node: Node) -> None:
     :raises UsageError: a key is unknown, or a joint has no parent.
     """
     joints: dict[str, set[str]] = {}
-    for name in parameters_by_prefix(node, 'dependent_joints'):
+    for name in node.get_parameters_by_prefix('dependent_joints'):
         joint, _, key = name.partition('.')
         if key not in _OF_DEPENDENT:
             raise UsageError(f"unknown parameter 'dependent_joints.{name}'; allowed: "

@@ -16,7 +16,7 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.executor_program import spin
+from armsim_ros.nodes.upstream.spinning import spin
 
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
           '--qx X --qy Y --qz Z --qw W] --frame-id PARENT --child-frame-id CHILD, or '

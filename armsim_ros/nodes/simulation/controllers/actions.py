@@ -33,7 +33,7 @@ from armsim_ros.nodes.conversions.trajectory import (
     tolerances_from_messages,
     trajectory_from_message,
 )
-from armsim_ros.nodes.qos import KeptResults
+from armsim_ros.nodes.polling_node import KeptResults
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
 
 #: How often discovery is checked [s], and how many times at most.
