@@ -167,7 +167,8 @@ def test_in_lockstep_all_are_added_and_waited_for(monkeypatch):
     bench.state(2.0)
     for k in range(7):
         bench.send([[0.0, 0.0, 5.0 + k]], 2.0 + (k == 6))
-    waits = bench.sync(None, SimpleNamespace(success=False))
+    response = SimpleNamespace(success=False)
+    waits = bench.sync(None, response)
     waits.send(None)
     bench.work()
     waits.send(None)
@@ -175,9 +176,9 @@ def test_in_lockstep_all_are_added_and_waited_for(monkeypatch):
     bench.state(3.0)
     bench.node.retry()
     bench.work()
-    with pytest.raises(StopIteration) as answered:
+    with pytest.raises(StopIteration):
         waits.send(None)
-    assert answered.value.value.success
+    assert response.success
     assert bench.cells == 7
 
 
