@@ -23,12 +23,10 @@ def main(words: list[str]) -> int:
     modules = {
         path.stem: f'benchmarks.{path.parent.name}.{path.stem}'
         for path in sorted(Path(__file__).parent.glob('*/*.py'), key=lambda path: path.stem)
-        if '\ndef main(options: Options)' in path.read_text(encoding='utf-8')
-    }
+        if '\ndef main(options: Options)' in path.read_text(encoding='utf-8')}
     known = ', '.join(modules)
     parser = argparse.ArgumentParser(
-        prog='benchmarks', description='Measurements; they print tables and assert nothing.'
-    )
+        prog='benchmarks', description='Measurements; they print tables and assert nothing.')
     parser.add_argument('names', nargs='*', metavar='NAME', help=f'of {known}')
     for field in fields(Options):
         spelled = dict.fromkeys((field.name, field.name.replace('_', '-'), *SHORT.get(

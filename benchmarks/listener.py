@@ -32,8 +32,7 @@ class Listener(Node):
         for topic, kinds in topics.items():
             latched = topic.endswith('tf_static') or 'description' in topic
             durability = (
-                QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE
-            )
+                QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE)
             self.create_subscription(
                 message_type(kinds[0]), topic, self._receive,
                 QoSProfile(depth=10, durability=durability),
@@ -47,8 +46,7 @@ class Listener(Node):
             time.sleep(0.1)
             now = {
                 topic: kinds for topic, kinds in self.get_topic_names_and_types()
-                if '/msg/' in kinds[0]
-            }
+                if '/msg/' in kinds[0]}
             if now.keys() != known.keys():
                 known, changed = now, time.monotonic()
         return known

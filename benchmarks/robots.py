@@ -76,9 +76,7 @@ def write_robot(folder: Path, joints: int) -> Path:
     (folder / 'arms.urdf').write_text(''.join([*parts, '\n</robot>\n']), encoding='utf-8')
     tolerances = '\n'.join(f'      {name}: {{trajectory: 0.5, goal: 0.01}}' for name in names)
     (folder / 'controllers.yaml').write_text(
-        _CONTROLLERS.format(
-            controller=CONTROLLER, joints=', '.join(names), tolerances=tolerances
-        ),
+        _CONTROLLERS.format(controller=CONTROLLER, joints=', '.join(names), tolerances=tolerances),
         encoding='utf-8',
     )
     return folder

@@ -52,8 +52,7 @@ def running_stack(*arguments: str, wait: bool = True) -> Iterator[Stack]:
     """Start bringup in a domain of its own and stop it afterwards."""
     with private_domain(DOMAINS) as domain, ClientNode(domain, 'benchmark') as client:
         program = Program.module(
-            'armsim_ros', 'bringup', *arguments, environment=ros_environment(domain)
-        )
+            'armsim_ros', 'bringup', *arguments, environment=ros_environment(domain))
         with program:
             if wait:
                 program.wait_for_line(re.escape(READY), 60.0)
@@ -69,8 +68,7 @@ def peer(module: str, *arguments: str, domain: int, settled: str = '') -> Iterat
     :param settled: what it prints when it is ready, if anything.
     """
     program = Program.module(
-        f'benchmarks.{module}', *arguments, environment=ros_environment(domain)
-    )
+        f'benchmarks.{module}', *arguments, environment=ros_environment(domain))
     with program:
         if settled:
             program.wait_for_line(settled, 60.0)
@@ -82,8 +80,7 @@ def arm_of(robot: str) -> tuple[str, tuple[str, ...]]:
     settings = load_robot_settings(robot)
     controller = next(
         each for each in settings.controllers
-        if isinstance(each.parameters, JointTrajectoryControllerParameters)
-    )
+        if isinstance(each.parameters, JointTrajectoryControllerParameters))
     return f'{settings.namespace}/{controller.name}', tuple(controller.parameters.joints)
 
 

@@ -22,10 +22,9 @@ import tarfile
 import tempfile
 
 from env import NEWEST, OLDEST
-from environment.failure import SetupError
 from environment.installer import Installer
 from environment.interfaces import DIST, InterfaceWheel
-from environment.machine import ask_interpreter, clean_environment, Interpreter
+from environment.machine import ask_interpreter, clean_environment, Interpreter, SetupError
 from environment.sources import copy_files, EPOCH, PACKAGE_SOURCES
 from environment.stages import TOOLS
 

@@ -21,7 +21,7 @@ def main():
             'name another one: make PYTHON=python3.12 ...\n'.format(
                 sys.version_info[0], sys.version_info[1], sys.executable, OLDEST[1], NEWEST[1]))
         return 1
-    from environment.command import run
+    from environment.stages import run
     return run(sys.argv[1:])
 
 

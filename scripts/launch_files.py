@@ -131,8 +131,7 @@ def main() -> int:
     for checkout in sorted(folder.iterdir()):
         if checkout.is_dir():
             _FOUND.update({**packages_below(checkout), **_FOUND})
-    files = [file for file in launch_files(folder)
-             if re.search(arguments.only, str(file))]
+    files = [file for file in launch_files(folder) if re.search(arguments.only, str(file))]
     with multiprocessing.get_context('fork').Pool(arguments.jobs, maxtasksperchild=1) as pool:
         outcomes = pool.map(_work, files, chunksize=1)
     counts = Counter(one.kind for one in outcomes)

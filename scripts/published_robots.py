@@ -100,8 +100,7 @@ class Robot:
         return {
             joint.attrib['name']: (float(limit.attrib['lower']), float(limit.get('upper', 0)))
             for joint in ElementTree.fromstring(text).findall('joint')
-            if (limit := joint.find('limit')) is not None and 'lower' in limit.attrib
-        }
+            if (limit := joint.find('limit')) is not None and 'lower' in limit.attrib}
 
 
 @dataclass
@@ -146,8 +145,7 @@ def main() -> int:
         print('| ' + ' | '.join(row.cells()) + ' |', flush=True)
         if options.verbose:
             print('\n'.join(f'    {line}' for line in row.lines), flush=True)
-    good = [row for row in rows if row.check in ('0', '1')
-            and (options.check or not row.reason)]
+    good = [row for row in rows if row.check in ('0', '1') and (options.check or not row.reason)]
     print(f'\n{len(good)} of {len(rows)}')
     return 0 if len(good) == len(rows) else 1
 
@@ -164,8 +162,7 @@ def _options() -> argparse.Namespace:
     return options
 
 
-def _robots(packages: Mapping[str, Path], words_file: Path | None, folder: Path
-            ) -> Iterator[Row]:
+def _robots(packages: Mapping[str, Path], words_file: Path | None, folder: Path) -> Iterator[Row]:
     """Yield the row of every robot, yet empty: those of the file, then all other packages."""
     given = yaml.safe_load(words_file.read_text()) if words_file else {}
     seen = set()

@@ -142,9 +142,7 @@ def show(starved: list[Case], again: dict[str, str]) -> None:
         print(f'{len(starved)} tests; up to {MOST_RERUNS} would have run again')
 
 
-def summarize(
-    cases: list[Case], failed: set[str], again: dict[str, str], seconds: float
-) -> None:
+def summarize(cases: list[Case], failed: set[str], again: dict[str, str], seconds: float) -> None:
     """Print how long it took, and what was skipped and why."""
     minutes, seconds = divmod(round(seconds), 60)
     skips = Counter(case.why for case in cases if case.outcome == 'skipped')

@@ -6,10 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, Field, field, fields
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from armsim_ros.cli.launch_answers import HARMLESS_VALUES, REPLACED_ARGUMENTS, SPAWNER_FLAGS
 from armsim_ros.errors import ArmsimError, nearest
+
+if TYPE_CHECKING:
+    import argparse
 
 #: Prefix of an argument of the robot's xacro whose name the program uses, too.
 XACRO = 'xacro:'
@@ -21,7 +24,7 @@ class UsageError(ArmsimError):
     """The command line cannot be understood; the text names the right words."""
 
 
-def _argument(default: Any, description: str, *, placeholder: str = 'TEXT') -> Any:
+def _argument(default: Any, description: str, placeholder: str = 'true|false') -> Any:
     """Return a dataclass field that carries what ``--help`` and ``ros2 launch -s`` show."""
     return field(default=default,
                  metadata={'description': description, 'placeholder': placeholder})
@@ -40,72 +43,52 @@ class ProgramArguments:
 
     robot: str = _argument(
         'sunday', 'robot or cell: the name of a folder under config/, a path to a folder, or the '
-        'name of a package',
-        placeholder='NAME|DIR')
+        'name of a package', 'NAME|DIR')
     config: str = _argument(
         '', "folder with the YAML files, in place of the robot's own; for a package it is "
-        'searched before its own', placeholder='DIR')
-    urdf: str = _argument(
-        '', "URDF or xacro file, in place of the robot's own", placeholder='FILE')
-    srdf: str = _argument('', "SRDF file, in place of the robot's own", placeholder='FILE')
+        'searched before its own', 'DIR')
+    urdf: str = _argument('', "URDF or xacro file, in place of the robot's own", 'FILE')
+    srdf: str = _argument('', "SRDF file, in place of the robot's own", 'FILE')
     controllers: str = _argument(
-        '', "files with the controllers of ros2_control, in place of the robot's own",
-        placeholder='FILE,...')
-    packages_path: str = _argument(
-        '', 'folders that are searched first for packages', placeholder='DIR:...')
+        '', "files with the controllers of ros2_control, in place of the robot's own", 'FILE,...')
+    packages_path: str = _argument('', 'folders that are searched first for packages', 'DIR:...')
     world: str = _argument(
-        '', "world, in place of the robot's own: a name under worlds/, or a file",
-        placeholder='NAME|FILE')
+        '', "world, in place of the robot's own: a name under worlds/, or a file", 'NAME|FILE')
     scene_from_world: str = _argument(
         '', 'part of the world in the planning scene, in place of the configuration: all objects '
-        'at their current poses, fixed objects only, or nothing', placeholder='live|fixed|false')
+        'at their current poses, fixed objects only, or nothing', 'live|fixed|false')
     namespace: str = _argument(
-        '', "namespace of the controllers and joint states, in place of the configuration's",
-        placeholder='NS')
-    x: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
-    y: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
-    z: str = _argument('', 'position of the robot in the world [m]', placeholder='METRES')
+        '', "namespace of the controllers and joint states, in place of the configuration's", 'NS')
+    x: str = _argument('', 'position of the robot in the world [m]', 'METRES')
+    y: str = _argument('', 'position of the robot in the world [m]', 'METRES')
+    z: str = _argument('', 'position of the robot in the world [m]', 'METRES')
     initial_positions: str = _argument(
         '', 'start positions of joints, in place of those of the configuration [rad or m]',
-        placeholder='JOINT=VALUE,...')
+        'JOINT=VALUE,...')
     overrides: str = _argument(
         '', 'settings by their dotted paths, in place of those of the files, such as '
-        "'{simulation.gravity: [0, 0, 0]}'",
-        placeholder='{PATH: VALUE, ...}')
-    use_sim_time: bool = _argument(
-        True, 'use the time of /clock in all nodes', placeholder='true|false')
-    servo: bool = _argument(
-        False, 'also start servo_node, for streams of commands',
-        placeholder='true|false')
+        "'{simulation.gravity: [0, 0, 0]}'", '{PATH: VALUE, ...}')
+    use_sim_time: bool = _argument(True, 'use the time of /clock in all nodes')
+    servo: bool = _argument(False, 'also start servo_node, for streams of commands')
     camera: bool = _argument(
-        False, 'also start the program that renders the cameras of simulation.yaml',
-        placeholder='true|false')
+        False, 'also start the program that renders the cameras of simulation.yaml')
     octomap: bool = _argument(
-        False, 'plans avoid obstacles in the images of the cameras of simulation.yaml',
-        placeholder='true|false')
-    paused: bool = _argument(
-        False, 'start paused', placeholder='true|false')
+        False, 'plans avoid obstacles in the images of the cameras of simulation.yaml')
+    paused: bool = _argument(False, 'start paused')
     mode: str = _argument(
         'realtime', 'realtime follows the wall clock; in lockstep time begins at 0 and advances '
-        'only by steps, so that a run can be repeated exactly',
-        placeholder='realtime|lockstep')
-    seed: str = _argument(
-        '', "seed of the planner's random numbers; 0 in lockstep",
-        placeholder='NUMBER')
+        'only by steps, so that a run can be repeated exactly', 'realtime|lockstep')
+    seed: str = _argument('', "seed of the planner's random numbers; 0 in lockstep", 'NUMBER')
     record: str = _argument(
         '', 'recording (MCAP) of the run, at most of its last ten minutes, written when the '
-        'simulation ends',
-        placeholder='FILE')
+        'simulation ends', 'FILE')
     web: bool = _argument(
         False, 'serve the page that shows and moves the robot; true at a terminal unless this '
-        'argument is given',
-        placeholder='true|false')
-    bridge: bool = _argument(
-        False, 'also start rosbridge and rosapi, for clients without ROS',
-        placeholder='true|false')
+        'argument is given')
+    bridge: bool = _argument(False, 'also start rosbridge and rosapi, for clients without ROS')
     host: str = _argument(
         '', 'address on which the page is served (default: 127.0.0.1); with another address '
-        'browsers need the token that is printed', placeholder='ADDRESS')
+        'browsers need the token that is printed', 'ADDRESS')
     xacro: tuple[tuple[str, str], ...] = ()
     ros_args: tuple[str, ...] = ()
 
@@ -298,3 +281,34 @@ def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:
         hint = (f"it is a key of simulation.yaml: overrides:='{{simulation.{name}: VALUE}}', or "
                 'the file')
     return f"unknown argument '{word}'; {hint}"
+
+
+def part_words(words: Iterable[str], parser: argparse.ArgumentParser
+               ) -> tuple[list[str], dict[str, str]]:
+    """
+    Part the words of a program from the arguments for a robot's xacro.
+
+    :returns: the words that are no ``name:=value`` or name an option of the parser, and the
+        others by name.
+    """
+    own: list[str] = []
+    others: dict[str, str] = {}
+    for word in words:
+        name, sign, value = word.partition(':=')
+        if sign and f"--{name.strip('-').replace('_', '-')}" not in parser._option_string_actions:
+            others[name] = value
+        else:
+            own.append(word)
+    return own, others
+
+
+def argparse_words(words: Iterable[str]) -> list[str]:
+    """Return the words with each ``name:=value`` as ``--name=value``."""
+    result = []
+    for word in words:
+        name, sign, value = word.partition(':=')
+        if sign and name.strip('-').replace('_', '').isalnum():
+            result.append(f"--{name.strip('-').replace('_', '-')}={value}")
+        else:
+            result.append(word)
+    return result

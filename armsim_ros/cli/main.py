@@ -128,37 +128,8 @@ def start_program(program: str, argv: Sequence[str] | None = None) -> int:
         gc.freeze()
 
 
-# The entry points of setup.py; colcon makes an executable of each.
-bringup = partial(start_program, 'bringup')
-simulation = partial(start_program, 'simulation')
-move_group = partial(start_program, 'move_group')
-camera = partial(start_program, 'camera')
-servo_node = partial(start_program, 'servo_node')
-servo_node_main = partial(start_program, 'servo_node_main')
-spawner = partial(start_program, 'spawner')
-unspawner = partial(start_program, 'unspawner')
-hardware_spawner = partial(start_program, 'hardware_spawner')
-web = partial(start_program, 'web')
-bridge = partial(start_program, 'bridge')
-teleop = partial(start_program, 'teleop')
-go = partial(start_program, 'go')
-state = partial(start_program, 'state')
-stop = partial(start_program, 'stop')
-plot = partial(start_program, 'plot')
-check_config = partial(start_program, 'check_config')
-migrate = partial(start_program, 'migrate')
-generate_config = partial(start_program, 'generate_config')
-copy = partial(start_program, 'copy')
-completion = partial(start_program, 'completion')
-launch = partial(start_program, 'launch')
-run = partial(start_program, 'run')
-original = partial(start_program, 'original')
-overlay = partial(start_program, 'overlay')
-collect = partial(start_program, 'collect')
-evaluate = partial(start_program, 'evaluate')
-dataset = partial(start_program, 'dataset')
-replay = partial(start_program, 'replay')
-list = partial(start_program, 'list')  # noqa: A001 - entry points have the names of their programs
+# The entry points of setup.py, by the names of their programs; colcon makes an executable of each.
+globals().update({program: partial(start_program, program) for program in PROGRAMS})
 
 
 def _say_xacro_help(program: str, words: Sequence[str]) -> int:

@@ -63,9 +63,9 @@ _SERVERS = {'simulation': 'simulation', 'move_group': 'move_group', 'camera': 'c
 _MAINS = {
     **{program: f'nodes.robot_program:{name}' for program, name in _SERVERS.items()},
     **{verb: f'nodes.verbs.{verb}:main' for verb in VERBS},
-    **{name: f'tools.learning.{name}:main' for name in LEARNING_PROGRAMS},
+    **{name: f'tools.learning:{name}' for name in LEARNING_PROGRAMS},
     'launch': 'launch.main:main', 'run': 'launch.run:main', 'overlay': 'launch.overlay:main',
-    'list': 'tools.list:main', 'copy': 'tools.copy_robot:main',
+    'list': 'tools.robots:list_robots', 'copy': 'tools.robots:copy',
     'completion': 'tools.completion:main', 'original': 'nodes.upstream.main:main',
     'unspawner': 'nodes.spawner.main:unspawn',
     'hardware_spawner': 'nodes.spawner.main:set_hardware',

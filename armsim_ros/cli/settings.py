@@ -123,8 +123,7 @@ def _overrides(arguments: ProgramArguments) -> dict[str, object]:
     overrides.update({
         path: True
         for path, requested in (('simulation.paused', arguments.paused),)
-        if requested
-    })
+        if requested})
     if arguments.octomap:
         overrides['planning_parameters.octomap'] = True
     if arguments.scene_from_world:

@@ -67,8 +67,7 @@ class ParameterClient:
         """Return the descriptor of a parameter."""
         request = DescribeParameters.Request(names=[name])
         response = self._client.call(
-            f'{self._node}/describe_parameters', DescribeParameters, request
-        )
+            f'{self._node}/describe_parameters', DescribeParameters, request)
         descriptor: ParameterDescriptor = response.descriptors[0]
         return descriptor
 
@@ -83,8 +82,7 @@ class ParameterClient:
         response = self._client.call(f'{self._node}/set_parameters', SetParameters, request)
         return {
             name: '' if result.successful else result.reason or 'refused without a reason'
-            for name, result in zip(values, response.results, strict=True)
-        }
+            for name, result in zip(values, response.results, strict=True)}
 
 
 STRICT = SwitchController.Request.STRICT

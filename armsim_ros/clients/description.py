@@ -13,7 +13,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf
-from armsim_ros.model.description.urdf_geometry import Scale
+from armsim_ros.model.description.urdf_elements import Scale
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 from armsim_ros.model.semantic_model import PlanningGroup, SemanticModel
@@ -52,8 +52,7 @@ def with_limits(robot: RobotModel, overrides: Mapping[str, Mapping[str, float]])
     joints = {
         name: replace(joint, limits=replace(joint.limits, **overrides[name]))
         if name in overrides else joint
-        for name, joint in robot.joints.items()
-    }
+        for name, joint in robot.joints.items()}
     return replace(robot, joints=joints)
 
 

@@ -32,8 +32,7 @@ GOAL_TOLERANCE = 1e-4
 CODE_NAMES = {
     getattr(MoveItErrorCodes, name): name
     for name in dir(MoveItErrorCodes)
-    if name.isupper() and isinstance(getattr(MoveItErrorCodes, name), int)
-}
+    if name.isupper() and isinstance(getattr(MoveItErrorCodes, name), int)}
 _SENTENCES = {
     'PLANNING_FAILED': 'no path was found in the planning time',
     'INVALID_MOTION_PLAN': 'the path that was found collides',
@@ -62,8 +61,7 @@ def joint_goal(target: Mapping[str, float]) -> Constraints:
     return Constraints(joint_constraints=[
         JointConstraint(joint_name=joint, position=float(value), weight=1.0,
                         tolerance_above=GOAL_TOLERANCE, tolerance_below=GOAL_TOLERANCE)
-        for joint, value in target.items()
-    ])
+        for joint, value in target.items()])
 
 
 def plan_goal(

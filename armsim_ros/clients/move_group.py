@@ -40,10 +40,8 @@ class MoveGroupClient:
         return {
             (state.get('group', ''), state.get('name', '')): {
                 joint.get('name', ''): float(joint.get('value', ''))
-                for joint in state.findall('joint')
-            }
-            for state in ElementTree.fromstring(text).findall('group_state')
-        }
+                for joint in state.findall('joint')}
+            for state in ElementTree.fromstring(text).findall('group_state')}
 
     def plan(self, group: str, target: Mapping[str, float], **request: Any) -> Any:
         """Plan to joint positions [rad or m] and return the result."""
@@ -55,15 +53,12 @@ class MoveGroupClient:
 
     def execute(self, trajectory: Any, controllers: tuple[str, ...] = ()) -> Any:
         """Execute a ``RobotTrajectory`` and return the result."""
-        goal = ExecuteTrajectory.Goal(
-            trajectory=trajectory, controller_names=list(controllers)
-        )
+        goal = ExecuteTrajectory.Goal(trajectory=trajectory, controller_names=list(controllers))
         return self._run(ExecuteTrajectory, 'execute_trajectory', goal)
 
     def pose(self, link: str, positions: Mapping[str, float], frame: str) -> Matrix:
         """Return the pose of a link in a frame at joint positions [rad or m], (4, 4)."""
-        request = GetPositionFK.Request(
-            fk_link_names=[link], robot_state=robot_state(positions))
+        request = GetPositionFK.Request(fk_link_names=[link], robot_state=robot_state(positions))
         request.header.frame_id = frame
         answer = self.client.call(f'{self._namespace}/compute_fk', GetPositionFK, request)
         return pose_from_message(answer.pose_stamped[0].pose)

@@ -17,9 +17,14 @@ from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty
 
 from armsim_ros.arrays import Vector
-from armsim_ros.clients.client_node import ClientNode, FIND_BACK
+from armsim_ros.clients.client_node import (
+    ClientNode,
+    FIND_BACK,
+    FIRST_MESSAGE,
+    JointStates,
+    LatestMessage,
+)
 from armsim_ros.clients.controller_manager import ControllerManagerClient
-from armsim_ros.clients.latest_message import JointStates, LatestMessage, PATIENCE
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
@@ -55,7 +60,7 @@ class StreamedArm:
 
     def __init__(
         self, client: ClientNode, cell: Cell, *, controller: str = '',
-        cameras: Mapping[str, str] | None = None, timeout: float = PATIENCE,
+        cameras: Mapping[str, str] | None = None, timeout: float = FIRST_MESSAGE,
     ) -> None:
         self._client, self._robot = client, cell.robots[0]
         self._namespace = self._robot.settings.namespace
@@ -149,8 +154,7 @@ class StreamedArm:
                 self._switch(self._displaced, [self._controller])
         finally:
             self._unsubscribe()
-            self._client.in_executor(
-                lambda: self._client.node.destroy_publisher(self._publisher))
+            self._client.in_executor(lambda: self._client.node.destroy_publisher(self._publisher))
 
     def _chosen(self, name: str) -> tuple[str, list[str]]:
         """Return a forward controller of all joints, and its joints in order."""
@@ -177,7 +181,7 @@ class StreamedArm:
                 interface.partition('/')[0] in self.joints
                 for interface in state.claimed_interfaces)]
             self._switch([self._controller], displaced)
-        for _ in range(round(PATIENCE / FIND_BACK)):
+        for _ in range(round(FIRST_MESSAGE / FIND_BACK)):
             if self._publisher.get_subscription_count():
                 return displaced
             self._client.settle()

@@ -35,9 +35,8 @@ from armsim_ros.cli.environment import (
     die_with_parent,
     program_command,
 )
-from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode, JointStates
 from armsim_ros.clients.controller_manager import ControllerManagerClient, ParameterClient
-from armsim_ros.clients.latest_message import JointStates
 from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.data.evaluate import MEASURED_AT
 from armsim_ros.env.motion import Mirror
@@ -82,8 +81,7 @@ class RunningTaskArm:
     """
 
     def __init__(
-        self, task: TaskEnv, client: ClientNode, namespace: str, *, lockstep: bool
-    ) -> None:
+        self, task: TaskEnv, client: ClientNode, namespace: str, *, lockstep: bool) -> None:
         self.timing = Timing()
         self._task, self._client, self._namespace = task, client, namespace
         self._lockstep = lockstep
@@ -247,8 +245,7 @@ class TaskOverRos(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 @contextmanager
 def task_over_ros(
-    env: gymnasium.Env[Any, Any], robot: str, *, lockstep: bool
-) -> Iterator[TaskOverRos]:
+    env: gymnasium.Env[Any, Any], robot: str, *, lockstep: bool) -> Iterator[TaskOverRos]:
     """
     Start the simulation of a task's robot and give the task's environment over ROS.
 
@@ -271,8 +268,7 @@ def task_over_ros(
             namespace = task.cell.robots[0].settings.namespace
             with ClientNode(name='evaluate') as client:
                 _await_start(client, process, output)
-                yield TaskOverRos(env, RunningTaskArm(
-                    task, client, namespace, lockstep=lockstep))
+                yield TaskOverRos(env, RunningTaskArm(task, client, namespace, lockstep=lockstep))
         except AssertionError as error:  # of the client: no answer in time
             raise SimulationError(str(error)) from None
         finally:
@@ -291,9 +287,7 @@ def _environment() -> dict[str, str]:
     return environment
 
 
-def _await_start(
-    client: ClientNode, process: subprocess.Popen[Any], output: IO[str]
-) -> None:
+def _await_start(client: ClientNode, process: subprocess.Popen[Any], output: IO[str]) -> None:
     """Wait until the simulation answers."""
     deadline = time.monotonic() + _START
     service = client.service(LoadWorld, '/load_world')

@@ -82,9 +82,7 @@ class Goal:
         assert self._run is not None
         assert self.accepted(timeout), 'the goal was rejected'
         response = self._node.result(self._run.result, timeout, 'result')
-        return Outcome(
-            response.status, response.result.error_code, response.result.error_string
-        )
+        return Outcome(response.status, response.result.error_code, response.result.error_string)
 
     def cancel(self, timeout: float = PATIENCE) -> bool:
         """Ask for cancellation; return whether the server agreed."""
@@ -133,14 +131,12 @@ class TrajectoryClient:
             durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
         )
         self._publisher = client.node.create_publisher(
-            JointTrajectory, f'{controller}/joint_trajectory', qos
-        )
+            JointTrajectory, f'{controller}/joint_trajectory', qos)
 
     def wait_for_server(self, timeout: float = PATIENCE) -> None:
         """Wait until the action server answers to discovery."""
         assert self._action.wait_for_server(timeout), (
-            f'no action server {self._name} in {timeout} s'
-        )
+            f'no action server {self._name} in {timeout} s')
 
     def send(
         self,
@@ -163,8 +159,7 @@ class TrajectoryClient:
                 path_tolerance=_tolerances(path_tolerance or {}),
                 goal_tolerance=_tolerances(goal_tolerance or {}),
                 goal_time_tolerance=duration_from_seconds(goal_time_tolerance),
-            )
-        )
+            ))
 
     def send_goal(self, message: FollowJointTrajectory.Goal) -> Goal:
         """Send a goal message as it is and return at once."""

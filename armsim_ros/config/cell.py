@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import parameter, read_settings, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
-from armsim_ros.config.joint_limits import JointLimitOverrides
+from armsim_ros.config.move_group.kinematics import JointLimitOverrides
 from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
@@ -24,9 +24,8 @@ from armsim_ros.config.simulation import (
     Triple,
     VacuumGripperSettings,
 )
-from armsim_ros.config.validation import read_settings
-from armsim_ros.config.yaml.node import YamlNode
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_node import YamlNode
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, Problem, Severity
 from armsim_ros.resources import ROBOTS_FILE
 
@@ -37,20 +36,15 @@ class CellRobot(Settings):
     """A robot of a cell; what is not given follows from its name or its own files."""
 
     robot: str = parameter(
-        ..., "the robot's folder, from the cell's folder; or a name under config/", min_length=1
-    )
+        ..., "the robot's folder, from the cell's folder; or a name under config/", min_length=1)
     xyz: Triple | None = parameter(
-        None, 'position of its root link [m]; by default from its simulation.yaml'
-    )
+        None, 'position of its root link [m]; by default from its simulation.yaml')
     rpy: Triple | None = parameter(
-        None, 'roll, pitch, yaw of its root link [rad]; by default from its simulation.yaml'
-    )
+        None, 'roll, pitch, yaw of its root link [rad]; by default from its simulation.yaml')
     prefix: str | None = parameter(
-        None, "precedes its links, joints and planning groups; not given: its name and '_'"
-    )
+        None, "precedes its links, joints and planning groups; not given: its name and '_'")
     namespace: str | None = parameter(
-        None, "of its controllers and joint states, '' is the root; not given: its name"
-    )
+        None, "of its controllers and joint states, '' is the root; not given: its name")
 
     @field_validator('xyz', 'rpy')
     @classmethod
@@ -71,8 +65,7 @@ class CellRobot(Settings):
         if name and not all(_WORD.fullmatch(part) for part in name.split('/')):
             raise ValueError(
                 f"'{value}' is not a ROS name; allowed: letters, digits and _ that begin with a "
-                'letter, separated by /'
-            )
+                'letter, separated by /')
         return None if value is None else name
 
 
@@ -80,8 +73,7 @@ class CellSettings(Settings):
     """The robots of a cell."""
 
     robots: dict[str, CellRobot] = parameter(
-        ..., 'name -> a robot, its place, prefix and namespace'
-    )
+        ..., 'name -> a robot, its place, prefix and namespace')
 
     @model_validator(mode='after')
     def _told_apart(self) -> Self:
@@ -92,14 +84,12 @@ class CellSettings(Settings):
             if not _WORD.fullmatch(name):
                 raise ValueError(
                     f"robots: '{name}' is not a name for a robot; allowed: letters, digits and _ "
-                    'that begin with a letter'
-                )
+                    'that begin with a letter')
             namespace = self.namespace(name)
             if namespace in seen:
                 raise ValueError(
                     f"robots: '{name}' and '{seen[namespace]}' are both in namespace "
-                    f"'/{namespace}'; allowed: a namespace per robot, 'namespace: ...' chooses it"
-                )
+                    f"'/{namespace}'; allowed: a namespace per robot, 'namespace: ...' chooses it")
             seen[namespace] = name
         return self
 

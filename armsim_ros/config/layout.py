@@ -13,14 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from armsim_ros.config.blocks import BLOCKS, KEEP_KEYS, UNUSED_BLOCKS
+from armsim_ros.config.base import known_keys
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.config.draft import ConfigDraft, empty_node
+from armsim_ros.config.draft import BLOCKS, ConfigDraft, empty_node, KEEP_KEYS, UNUSED_BLOCKS
 from armsim_ros.config.move_group.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
-from armsim_ros.config.validation import known_keys
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml.node import merge_nodes, ROS2_KEY, split_keys, YamlNode
+from armsim_ros.config.yaml_node import merge_nodes, ROS2_KEY, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 _CONTROLLER_KEYS = frozenset(

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from typing_extensions import Unpack
 
+from armsim_ros.config.base import read_settings
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.move_group.sensors_3d import read_sensors_file, sensors_file
-from armsim_ros.config.moveit_config.files import Role
-from armsim_ros.config.moveit_config.reading import (
+from armsim_ros.config.package_files import Role
+from armsim_ros.config.package_reading import (
     complete_controllers,
     PackageReader,
     PackageRoles,
@@ -22,10 +23,9 @@ from armsim_ros.config.moveit_config.reading import (
 from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
-from armsim_ros.config.validation import read_settings
 from armsim_ros.config.world import is_foreign_world, WorldSettings
-from armsim_ros.config.yaml.node import node_of, YamlNode
-from armsim_ros.config.yaml.source import parse_yaml, read_yaml_file
+from armsim_ros.config.yaml_node import node_of, YamlNode
+from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
 from armsim_ros.errors import (
     ConfigError,
     ignored,
@@ -124,8 +124,7 @@ def survey_files(
     octomap = read_sensors_file(of_sensors, draft.problems)
     if files.package is not None:
         draft.problems[:] = [_of_published(problem, files.package) for problem in draft.problems]
-    world_file, world_settings = _read_world(
-        world, values['simulation'].world, files, draft)
+    world_file, world_settings = _read_world(world, values['simulation'].world, files, draft)
     if is_foreign_world(world_file) and values['planning_parameters'].scene_from_world == 'fixed':
         draft.problems.append(Problem(
             "planning knows nothing of this world: scene_from_world is 'fixed', which reads "

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from armsim_ros.config.base import AnySettings, drop_unused, known_keys, read_settings
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.controllers.controller_settings import (
     BROADCASTER,
@@ -15,12 +16,13 @@ from armsim_ros.config.controllers.controller_settings import (
     read_controller,
 )
 from armsim_ros.config.draft import ConfigDraft, empty_node
-from armsim_ros.config.joint_limits import (
+from armsim_ros.config.move_group.kinematics import (
     JointLimitOverrides,
     JointLimitsSettings,
+    KinematicsSettings,
+    UNUSED_KINEMATICS_KEYS,
     UNUSED_LIMIT_KEYS,
 )
-from armsim_ros.config.move_group.kinematics import KinematicsSettings, UNUSED_KINEMATICS_KEYS
 from armsim_ros.config.move_group.ompl_planning import (
     OmplSettings,
     PlanningParameters,
@@ -36,8 +38,7 @@ from armsim_ros.config.move_group.trajectory_execution import (
 )
 from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings
-from armsim_ros.config.validation import AnySettings, drop_unused, known_keys, read_settings
-from armsim_ros.config.yaml.node import node_of, YamlNode
+from armsim_ros.config.yaml_node import node_of, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 #: Parameters of the manager that others read -> why they have no effect here.
@@ -93,13 +94,11 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
         'trajectory_execution': _checked(
             draft, draft.section('trajectory_execution'), TrajectoryExecutionSettings,
             'trajectory_execution', UNUSED_EXECUTION_KEYS),
-        'planning_parameters': _whole(draft, 'planning_parameters', PlanningParameters),
+        'planning_parameters': _checked(
+            draft, draft.section('planning_parameters'), PlanningParameters,
+            'planning_parameters'),
         'servo': _servo(draft),
     }
-
-
-def _whole(draft: ConfigDraft, section: str, kind: type[AnySettings]) -> AnySettings:
-    return _checked(draft, draft.section(section), kind, section)
 
 
 def _checked(draft: ConfigDraft, node: YamlNode, kind: type[AnySettings], title: str,
@@ -273,8 +272,7 @@ def _is_true(node: YamlNode | None) -> bool:
     return node is not None and node.value is True
 
 
-def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
-               ) -> tuple[str, ...]:
+def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> tuple[str, ...]:
     """
     Return all controllers but those whose joints another controller has.
 
@@ -311,14 +309,11 @@ def _joint_limits(draft: ConfigDraft, published: bool) -> JointLimitsSettings:
             found = {name: block for name, block in clean.items() if read_settings(
                 JointLimitOverrides, block, draft.problems,
                 title=f"limits of joint '{name}'") is not None}
-            clean = {name: _known_only(block) for name, block in found.items()}
+            known = known_keys(JointLimitOverrides)
+            clean = {name: block.without(*(set(block.entries) - set(known)))
+                     for name, block in found.items()}
         node = node.with_value({**node.entries, 'joint_limits': joints.with_value(clean)})
     return _checked(draft, node, JointLimitsSettings, 'joint limits')
-
-
-def _known_only(block: YamlNode) -> YamlNode:
-    known = known_keys(JointLimitOverrides)
-    return block.without(*(key for key in block.entries if key not in known))
 
 
 def _kinematics(draft: ConfigDraft) -> dict[str, KinematicsSettings]:

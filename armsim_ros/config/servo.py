@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import fixed, parameter, Settings
 
 TRAJECTORY = 'trajectory_msgs/JointTrajectory'
 ARRAY = 'std_msgs/Float64MultiArray'
@@ -43,8 +43,7 @@ class Scale(Settings):
     linear: float = parameter(0.4, 'translation [m/s]; with speed_units 0 is no bound', ge=0.0)
     rotational: float = parameter(0.8, 'rotation [rad/s]; with speed_units 0 is no bound', ge=0.0)
     joint: float = parameter(
-        0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units', ge=0.0
-    )
+        0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units', ge=0.0)
 
 
 class PoseTracking(Settings):
@@ -62,95 +61,69 @@ class ServoParameters(Settings):
     where they are given as an empty text.
     """
 
-    thread_priority: int = parameter(
-        40, 'of the streaming thread, where the system permits it', read_only=True, ge=0, le=99
-    )
-    publish_period: float = parameter(
-        0.01, 'between two cycles [s]', read_only=True, gt=0.0, le=1.0
-    )
-    max_expected_latency: float = parameter(
-        0.1, 'so far ahead the points of a trajectory are stamped [s]', read_only=True, gt=0.0
-    )
-    move_group_name: str = parameter(
-        '', "planning group; empty is the arm's", read_only=True
-    )
+    thread_priority: int = fixed(
+        40, 'of the streaming thread, where the system permits it', ge=0, le=99)
+    publish_period: float = fixed(0.01, 'between two cycles [s]', gt=0.0, le=1.0)
+    max_expected_latency: float = fixed(
+        0.1, 'so far ahead the points of a trajectory are stamped [s]', gt=0.0)
+    move_group_name: str = fixed('', "planning group; empty is the arm's")
     active_subgroup: str = parameter('', 'part of the group that moves; empty is all of it')
-    pose_command_in_topic: str = parameter('~/pose_target_cmds', 'poses', read_only=True)
-    cartesian_command_in_topic: str = parameter('~/delta_twist_cmds', 'twists', read_only=True)
-    joint_command_in_topic: str = parameter('~/delta_joint_cmds', 'joint jogs', read_only=True)
-    status_topic: str = parameter('~/status', 'status', read_only=True)
+    pose_command_in_topic: str = fixed('~/pose_target_cmds', 'poses')
+    cartesian_command_in_topic: str = fixed('~/delta_twist_cmds', 'twists')
+    joint_command_in_topic: str = fixed('~/delta_joint_cmds', 'joint jogs')
+    status_topic: str = fixed('~/status', 'status')
     command_in_type: Literal['unitless', 'speed_units'] = parameter(
-        'unitless', 'unitless: times the scale; speed_units: m/s and rad/s'
-    )
+        'unitless', 'unitless: times the scale; speed_units: m/s and rad/s')
     scale: Scale = parameter(Scale(), 'how fast commands move the arm at most')
     incoming_command_timeout: float = parameter(
-        0.1, 'a command this old moves nothing any more [s]', gt=0.0
-    )
+        0.1, 'a command this old moves nothing any more [s]', gt=0.0)
     apply_twist_commands_about_ee_frame: bool = parameter(
-        True, 'a twist turns about the tip, not about the origin of its frame'
-    )
+        True, 'a twist turns about the tip, not about the origin of its frame')
     pose_tracking: PoseTracking = parameter(PoseTracking(), 'when a pose counts as reached')
-    command_out_topic: str = parameter(
-        '', "where joint commands go; empty is the arm controller's topic", read_only=True
-    )
+    command_out_topic: str = fixed(
+        '', "where joint commands go; empty is the arm controller's topic")
     command_out_type: Literal['trajectory_msgs/JointTrajectory', 'std_msgs/Float64MultiArray'] = (
-        parameter(TRAJECTORY, 'type of joint commands', read_only=True)
-    )
+        fixed(TRAJECTORY, 'type of joint commands'))
     publish_joint_positions: bool = parameter(True, 'joint commands hold positions')
     publish_joint_velocities: bool = parameter(True, 'joint commands hold velocities')
     publish_joint_accelerations: bool = parameter(False, 'joint commands hold accelerations')
-    joint_topic: str = parameter(
-        '', "joint states; empty is the robot's own topic", read_only=True
-    )
-    monitored_planning_scene_topic: str = parameter(
-        '/monitored_planning_scene', 'changes of the planning scene', read_only=True
-    )
-    is_primary_planning_scene_monitor: bool = parameter(
-        True, 'serve the planning scene where no other node does', read_only=True
-    )
-    check_octomap_collisions: bool = parameter(
-        False, 'no effect: the octomap of the planning scene always counts', read_only=True
-    )
-    use_smoothing: bool = parameter(True, 'smooth joint commands', read_only=True)
+    joint_topic: str = fixed('', "joint states; empty is the robot's own topic")
+    monitored_planning_scene_topic: str = fixed(
+        '/monitored_planning_scene', 'changes of the planning scene')
+    is_primary_planning_scene_monitor: bool = fixed(
+        True, 'serve the planning scene where no other node does')
+    check_octomap_collisions: bool = fixed(
+        False, 'no effect: the octomap of the planning scene always counts')
+    use_smoothing: bool = fixed(True, 'smooth joint commands')
     smoothing_filter_plugin_name: Literal[
         'online_signal_smoothing::ButterworthFilterPlugin',
         'online_signal_smoothing::AccelerationLimitedPlugin',
         'online_signal_smoothing::RuckigFilterPlugin',
-    ] = parameter(BUTTERWORTH, 'how joint commands are smoothed', read_only=True)
+    ] = fixed(BUTTERWORTH, 'how joint commands are smoothed')
     check_collisions: bool = parameter(True, 'slow down near collisions')
     collision_check_rate: float = parameter(
-        10.0, 'collision checks per second; at least 50 are made [Hz]', gt=0.0
-    )
+        10.0, 'collision checks per second; at least 50 are made [Hz]', gt=0.0)
     self_collision_proximity_threshold: float = parameter(
-        0.01, 'the robot slows down this near to itself [m]', gt=0.0
-    )
+        0.01, 'the robot slows down this near to itself [m]', gt=0.0)
     scene_collision_proximity_threshold: float = parameter(
-        0.02, 'the robot slows down this near to something else [m]', gt=0.0
-    )
+        0.02, 'the robot slows down this near to something else [m]', gt=0.0)
     lower_singularity_threshold: float = parameter(
-        17.0, 'condition number from which on the arm slows down', gt=1.0
-    )
+        17.0, 'condition number from which on the arm slows down', gt=1.0)
     hard_stop_singularity_threshold: float = parameter(
-        30.0, 'condition number at which it stops', gt=1.0
-    )
+        30.0, 'condition number at which it stops', gt=1.0)
     leaving_singularity_threshold_multiplier: float = parameter(
-        2.0, 'so many times as wide is the range when it moves away', gt=0.0
-    )
+        2.0, 'so many times as wide is the range when it moves away', gt=0.0)
     singularity_step_scale: float = parameter(
-        0.01, 'step to find out where the singularity lies', gt=0.0
-    )
+        0.01, 'step to find out where the singularity lies', gt=0.0)
     halt_all_joints_in_joint_mode: bool = parameter(
-        True, 'a joint at its bound stops all, in joint jogs'
-    )
+        True, 'a joint at its bound stops all, in joint jogs')
     halt_all_joints_in_cartesian_mode: bool = parameter(
-        True, 'a joint at its bound stops all, in twists and poses'
-    )
+        True, 'a joint at its bound stops all, in twists and poses')
     joint_limit_margins: tuple[float, ...] = parameter(
-        (0.1,), 'kept from the bounds, one for all joints or one for each [rad or m]', min_length=1
-    )
+        (0.1,), 'kept from the bounds, one for all joints or one for each [rad or m]',
+        min_length=1)
     override_velocity_scaling_factor: float = parameter(
-        0.0, 'factor of the joint velocities; below 0.01 it is off', ge=0.0, le=1.0
-    )
+        0.0, 'factor of the joint velocities; below 0.01 it is off', ge=0.0, le=1.0)
 
     @field_validator('joint_limit_margins')
     @classmethod
@@ -166,8 +139,7 @@ class ServoParameters(Settings):
         if self.hard_stop_singularity_threshold <= self.lower_singularity_threshold:
             wrong.append(
                 'hard_stop_singularity_threshold has to be greater than '
-                'lower_singularity_threshold'
-            )
+                'lower_singularity_threshold')
         published = (
             self.publish_joint_positions,
             self.publish_joint_velocities,
@@ -176,18 +148,15 @@ class ServoParameters(Settings):
         if not any(published):
             wrong.append(
                 'publish_joint_positions, publish_joint_velocities or '
-                'publish_joint_accelerations has to be true'
-            )
+                'publish_joint_accelerations has to be true')
         if self.command_out_type == ARRAY and published[0] == published[1]:
             wrong.append(
                 f'with command_out_type {ARRAY} either publish_joint_positions or '
-                'publish_joint_velocities is true, not both'
-            )
+                'publish_joint_velocities is true, not both')
         if self.scene_collision_proximity_threshold < self.self_collision_proximity_threshold:
             wrong.append(
                 'scene_collision_proximity_threshold must not be less than '
-                'self_collision_proximity_threshold'
-            )
+                'self_collision_proximity_threshold')
         if self.max_expected_latency < 3.0 * self.publish_period:
             wrong.append('max_expected_latency has to be at least three times publish_period')
         if wrong:
@@ -199,12 +168,9 @@ class ServoNodeSettings(Settings):
     """Parameters of the node; most are in the block ``moveit_servo``."""
 
     moveit_servo: ServoParameters = parameter(ServoParameters(), 'streaming')
-    butterworth_filter_coeff: float = parameter(
-        1.5, 'of the Butterworth filter; greater is smoother', read_only=True, gt=1.0
-    )
-    update_period: float | None = parameter(
-        None, 'period of the other filters [s]; none is publish_period', read_only=True, gt=0.0
-    )
-    planning_group_name: str = parameter(
-        '', 'group whose limits the other filters keep; empty is the same', read_only=True
-    )
+    butterworth_filter_coeff: float = fixed(
+        1.5, 'of the Butterworth filter; greater is smoother', gt=1.0)
+    update_period: float | None = fixed(
+        None, 'period of the other filters [s]; none is publish_period', gt=0.0)
+    planning_group_name: str = fixed(
+        '', 'group whose limits the other filters keep; empty is the same')

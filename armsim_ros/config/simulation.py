@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the physics, the joints' servos, cameras and the pace (``simulation.yaml``)."""
+"""Settings of the physics, drives, cameras and the pace (``simulation.yaml``)."""
 
 from __future__ import annotations
 
@@ -11,36 +11,72 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.base import fixed, parameter, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
-from armsim_ros.config.hardware import HardwareSettings
+
+
+class CollisionSettings(Settings):
+    """When a load from outside stops the arm."""
+
+    torque: float = fixed(
+        0.0, "external torque of a joint that stops the arm after 10 ms [N*m or N]; 0 takes the "
+        "vendor's, and never stops an arm without a vendor", ge=0.0)
+    force: float = fixed(
+        0.0, "contact force that stops the arm after 10 ms [N]; 0 takes the vendor's, and never "
+        'stops an arm without a vendor', ge=0.0)
+
+
+class HardwareSettings(Settings):
+    """The arm behind its controllers."""
+
+    vendor: str = fixed(
+        '', "'' is the vendor of the plugin in <ros2_control>, 'none' is none; or the name of a "
+        'vendor, or of a Python module that has one')
+    start: Literal['RUNNING', 'IDLE', 'POWER_OFF'] = fixed(
+        'RUNNING', 'mode of the drives at the start')
+    program: Literal['PLAYING', 'STOPPED'] = fixed(
+        'PLAYING', 'what the program does at the start by which an arm of some vendors takes '
+        'commands')
+    io: dict[str, str] = fixed(
+        {}, 'digital output -> vacuum gripper, or joint of a gripper controller, that it '
+        "switches; digital input -> 'VACUUM_GRIPPER/grasping'")
+    gripper: str = fixed('', "node of the hand of a vendor that has one; '' is <ARM>_gripper")
+    unlock_delay: float = fixed(
+        -1.0, "time that a protective stop lasts at least [s]; below 0 the vendor's, or 0",
+        allow_inf_nan=False)
+    watch: Literal['auto', 'always', 'never'] = fixed(
+        'auto', 'whether speed, position and loads from outside can stop the arm; auto: where '
+        'collision or the vendor sets a limit')
+    collision: CollisionSettings = parameter(
+        CollisionSettings(), 'loads from outside that stop the arm')
+
 
 Triple = tuple[float, float, float]
+
+
+def finite_triple(value: Triple) -> Triple:
+    """Return three numbers as they are; ValueError unless all are finite."""
+    if not all(math.isfinite(number) for number in value):
+        raise ValueError('all three numbers must be finite')
+    return value
 
 
 class CameraSettings(Settings):
     """A camera that sees colour and depth from the same place."""
 
-    link: str = parameter(
-        '', "link that carries it; '' where the URDF has its frame <name>_color_optical_frame",
-        read_only=True)
-    xyz: Triple = parameter((0.0, 0.0, 0.0), 'where it sits in the link [m]', read_only=True)
-    rpy: Triple = parameter(
-        (0.0, 0.0, 0.0), 'how it is turned there: x looks forward, z is up [rad]', read_only=True)
-    width: int = parameter(640, 'columns of a picture', ge=16, le=4096, read_only=True)
-    height: int = parameter(480, 'lines of a picture', ge=16, le=4096, read_only=True)
-    rate: float = parameter(10.0, 'pictures a second [Hz]', gt=0.0, le=30.0, read_only=True)
-    focal_length: float = parameter(
-        1.0, 'focal length over the height of the picture', ge=0.05, le=50.0, read_only=True)
-    range: tuple[float, float] = parameter(
-        (0.1, 10.0), 'nearest and farthest depth that is measured [m]', read_only=True)
+    link: str = fixed(
+        '', "link that carries it; '' where the URDF has its frame <name>_color_optical_frame")
+    xyz: Triple = fixed((0.0, 0.0, 0.0), 'where it sits in the link [m]')
+    rpy: Triple = fixed((0.0, 0.0, 0.0), 'how it is turned there: x looks forward, z is up [rad]')
+    width: int = fixed(640, 'columns of a picture', ge=16, le=4096)
+    height: int = fixed(480, 'lines of a picture', ge=16, le=4096)
+    rate: float = fixed(10.0, 'pictures a second [Hz]', gt=0.0, le=30.0)
+    focal_length: float = fixed(
+        1.0, 'focal length over the height of the picture', ge=0.05, le=50.0)
+    range: tuple[float, float] = fixed(
+        (0.1, 10.0), 'nearest and farthest depth that is measured [m]')
 
-    @field_validator('xyz', 'rpy')
-    @classmethod
-    def _all_finite(cls, value: Triple) -> Triple:
-        if not all(map(math.isfinite, value)):
-            raise ValueError('all three numbers must be finite')
-        return value
+    _all_finite = field_validator('xyz', 'rpy')(finite_triple)
 
     @field_validator('range')
     @classmethod
@@ -54,14 +90,10 @@ class JointFault(Settings):
     """What is wrong with a joint, so that tests can make tolerances fail."""
 
     lag: float = parameter(
-        0.0,
-        'time constant with which the joint follows position commands, 0 for none [s]',
-        ge=0.0,
-        allow_inf_nan=False,
-    )
+        0.0, 'time constant with which the joint follows position commands, 0 for none [s]',
+        ge=0.0, allow_inf_nan=False)
     bias: float = parameter(
-        0.0, 'added to the position commands of the joint [rad or m]', allow_inf_nan=False
-    )
+        0.0, 'added to the position commands of the joint [rad or m]', allow_inf_nan=False)
     blocked: bool = parameter(False, 'the joint does not move, whatever is commanded')
 
     def __str__(self) -> str:
@@ -94,48 +126,29 @@ def checked_factor(value: float) -> float:
 RealTimeFactor = Annotated[float, AfterValidator(checked_factor)]
 
 
-def finite_triple(value: Triple) -> Triple:
-    """Return three numbers as they are; ValueError unless all are finite."""
-    if not all(math.isfinite(number) for number in value):
-        raise ValueError('all three numbers must be finite')
-    return value
-
-
 class JointServoSettings(Settings):
     """How a position or velocity command becomes a torque."""
 
-    feedforward: bool = parameter(
-        True, 'add the inverse dynamics of the reference to the gains', read_only=True
-    )
-    default_gains: PidGains = parameter(
+    feedforward: bool = fixed(True, 'add the inverse dynamics of the reference to the gains')
+    default_gains: PidGains = fixed(
         PidGains(p=1000.0, d=0.1, i_clamp=0.0),
-        'p, i, d, i_clamp of joints for which no controller gives any',
-        read_only=True,
-    )
-    gains: dict[str, PidGains] = parameter(
-        {}, 'joint -> gains that win over those of its controller', read_only=True
-    )
-    gravity_compensation: bool | None = parameter(
+        'p, i, d, i_clamp of joints for which no controller gives any')
+    gains: dict[str, PidGains] = fixed({}, 'joint -> gains that win over those of its controller')
+    gravity_compensation: bool | None = fixed(
         None,
         'add what holds the joints against gravity to effort commands, as the drives of some '
-        "robots do; without a value where the <ros2_control> tag names a vendor's driver",
-        read_only=True,
-    )
-    damping_ratio: float = parameter(
+        "robots do; without a value where the <ros2_control> tag names a vendor's driver")
+    damping_ratio: float = fixed(
         0.7,
         'the derivative gain is raised to at least this ratio of critical damping, so that an '
-        'arm that was pushed comes to rest; 0 takes the gains as they are',
-        ge=0.0,
-        le=2.0,
-        read_only=True,
-    )
+        'arm that was pushed comes to rest; 0 takes the gains as they are', ge=0.0, le=2.0)
 
 
 class PlacementSettings(Settings):
     """Pose of the robot's root link in the world."""
 
-    xyz: Triple = parameter((0.0, 0.0, 0.0), 'position [m]', read_only=True)
-    rpy: Triple = parameter((0.0, 0.0, 0.0), 'roll, pitch, yaw [rad]', read_only=True)
+    xyz: Triple = fixed((0.0, 0.0, 0.0), 'position [m]')
+    rpy: Triple = fixed((0.0, 0.0, 0.0), 'roll, pitch, yaw [rad]')
 
     _all_finite = field_validator('xyz', 'rpy')(finite_triple)
 
@@ -143,19 +156,14 @@ class PlacementSettings(Settings):
 class VacuumGripperSettings(Settings):
     """A suction cup on a link."""
 
-    link: str = parameter(description='link that carries the cup', read_only=True)
-    xyz: Triple = parameter((0.0, 0.0, 0.0), 'rim of the cup in the link [m]', read_only=True)
-    axis: Triple = parameter(
-        (0.0, 0.0, 1.0), 'where the cup looks to, in the link', read_only=True)
-    reach: float = parameter(
-        0.03, 'surfaces so near are sucked in [m]', gt=0.0, le=0.5, read_only=True)
-    angle: float = parameter(
-        math.radians(60.0), 'so far beside the axis they may lie [rad]', gt=0.0, le=math.pi,
-        read_only=True)
-    force: float = parameter(
-        20.0, 'force that the cup holds [N]', gt=0.0, le=1e5, read_only=True)
-    moment: float = parameter(
-        1.0, 'moment that the cup holds [N*m]', gt=0.0, le=1e5, read_only=True)
+    link: str = fixed(description='link that carries the cup')
+    xyz: Triple = fixed((0.0, 0.0, 0.0), 'rim of the cup in the link [m]')
+    axis: Triple = fixed((0.0, 0.0, 1.0), 'where the cup looks to, in the link')
+    reach: float = fixed(0.03, 'surfaces so near are sucked in [m]', gt=0.0, le=0.5)
+    angle: float = fixed(
+        math.radians(60.0), 'so far beside the axis they may lie [rad]', gt=0.0, le=math.pi)
+    force: float = fixed(20.0, 'force that the cup holds [N]', gt=0.0, le=1e5)
+    moment: float = fixed(1.0, 'moment that the cup holds [N*m]', gt=0.0, le=1e5)
 
     _all_finite = field_validator('xyz', 'axis')(finite_triple)
 
@@ -170,118 +178,75 @@ class VacuumGripperSettings(Settings):
 class PaceSettings(Settings):
     """How the loop keeps to the wall clock; deterministic runs use none of it."""
 
-    priority: int = parameter(
-        10,
-        'SCHED_FIFO priority asked for, 0 asks for none; without the permission the loop runs '
-        'at normal priority',
-        ge=0,
-        le=99,
-        read_only=True,
-    )
+    priority: int = fixed(
+        10, 'SCHED_FIFO priority asked for, 0 asks for none; without the permission the loop runs '
+        'at normal priority', ge=0, le=99)
     spin: float = parameter(
-        0.0, 'last part of a wait that is spent polling the clock [s]', ge=0.0, le=0.001
-    )
+        0.0, 'last part of a wait that is spent polling the clock [s]', ge=0.0, le=0.001)
     catch_up: float = parameter(
         0.1,
         'delay that is made up by ticks without a wait [s]; what is beyond is dropped, counted '
-        'and reported',
-        ge=0.0,
-        le=10.0,
-    )
+        'and reported', ge=0.0, le=10.0)
 
 
 class RecorderSettings(Settings):
     """What is kept of the last seconds, to be written as MCAP on request."""
 
-    seconds: float = parameter(
-        10.0, 'how far back a recording reaches [s]; 0 records nothing', ge=0.0, le=3600.0,
-        read_only=True
-    )
-    folder: str = parameter(
-        '', "where recordings are written; '' is armsim_recordings in ROS_HOME, or in ~/.ros",
-        read_only=True
-    )
-    file: str = parameter(
-        '', 'a recording is written to this file when the simulation ends', read_only=True
-    )
+    seconds: float = fixed(
+        10.0, 'how far back a recording reaches [s]; 0 records nothing', ge=0.0, le=3600.0)
+    folder: str = fixed(
+        '', "where recordings are written; '' is armsim_recordings in ROS_HOME, or in ~/.ros")
+    file: str = fixed('', 'a recording is written to this file when the simulation ends')
 
 
 class SensorSettings(Settings):
     """A sensor on a link; its states are what a broadcaster of its kind reads."""
 
-    type: Literal['force_torque', 'imu', 'pose'] = parameter(
-        ..., 'what it measures', read_only=True)
-    link: str = parameter(..., 'where it sits, with its axes', read_only=True, min_length=1)
+    type: Literal['force_torque', 'imu', 'pose'] = fixed(..., 'what it measures')
+    link: str = fixed(..., 'where it sits, with its axes', min_length=1)
 
 
 class SimulationSettings(Settings):
     """Everything about the simulated plant that is not the robot and not the world."""
 
-    timestep: float = parameter(
-        0.001, 'time of a physics step [s]', ge=0.0001, le=0.01, read_only=True
-    )
-    integrator: Literal['implicitfast', 'implicit', 'euler'] = parameter(
-        'implicitfast', "MuJoCo's integrator", read_only=True
-    )
-    noslip_iterations: int = parameter(
-        0,
-        "further iterations of MuJoCo's solver against the creep of what is held by friction; "
-        'costs time in each step with contacts',
-        ge=0,
-        le=100,
-        read_only=True,
-    )
-    gravity: Triple = parameter((0.0, 0.0, -9.8), 'gravity [m/s^2]', read_only=True)
-    armature: float = parameter(
+    timestep: float = fixed(0.001, 'time of a physics step [s]', ge=0.0001, le=0.01)
+    integrator: Literal['implicitfast', 'implicit', 'euler'] = fixed(
+        'implicitfast', "MuJoCo's integrator")
+    noslip_iterations: int = fixed(
+        0, "further iterations of MuJoCo's solver against the creep of what is held by friction; "
+        'costs time in each step with contacts', ge=0, le=100)
+    gravity: Triple = fixed((0.0, 0.0, -9.8), 'gravity [m/s^2]')
+    armature: float = fixed(
         0.01,
         'least inertia of rotor and gear that each rotating joint carries [kg*m^2]; a light arm '
-        'is unstable without it',
-        ge=0.0,
-        read_only=True,
-    )
-    armature_linear: float = parameter(
-        0.1, 'the same for each sliding joint [kg]', ge=0.0, read_only=True
-    )
+        'is unstable without it', ge=0.0)
+    armature_linear: float = fixed(0.1, 'the same for each sliding joint [kg]', ge=0.0)
     servo: JointServoSettings = parameter(JointServoSettings(), 'servo of the joints')
     world: str = parameter('', "world file or its name; '' is a floor and nothing on it")
-    resource_paths: tuple[str, ...] = parameter(
-        (), 'further folders that worlds, objects and their meshes may be read from',
-        read_only=True
-    )
+    resource_paths: tuple[str, ...] = fixed(
+        (), 'further folders that worlds, objects and their meshes may be read from')
     placement: PlacementSettings = parameter(PlacementSettings(), 'pose of the robot')
-    vacuum_grippers: dict[str, VacuumGripperSettings] = parameter(
-        {}, 'name -> suction cup', read_only=True)
-    initial_state: str = parameter(
-        '', "named state of the SRDF to start in, 'state' or 'group/state'", read_only=True
-    )
-    initial_positions: dict[str, float] = parameter(
-        {}, 'joint -> position at the start [rad or m]; wins over the named state', read_only=True
-    )
-    deterministic: bool = parameter(
-        False, 'no wall clock: time starts at zero and only steps move it', read_only=True
-    )
-    paused: bool = parameter(False, 'start with the physics standing still', read_only=True)
+    vacuum_grippers: dict[str, VacuumGripperSettings] = fixed({}, 'name -> suction cup')
+    initial_state: str = fixed('', "named state of the SRDF to start in, 'state' or 'group/state'")
+    initial_positions: dict[str, float] = fixed(
+        {}, 'joint -> position at the start [rad or m]; wins over the named state')
+    deterministic: bool = fixed(False, 'no wall clock: time starts at zero and only steps move it')
+    paused: bool = fixed(False, 'start with the physics standing still')
     real_time_factor: RealTimeFactor = parameter(
         1.0, 'simulated time per wall time; 1 is real time, 0 as fast as it goes')
-    clock_rate: float = parameter(
-        100.0, 'rate of /clock in simulated time [Hz]', gt=0.0, le=1000.0, read_only=True
-    )
-    state_publisher: bool = parameter(
+    clock_rate: float = fixed(100.0, 'rate of /clock in simulated time [Hz]', gt=0.0, le=1000.0)
+    state_publisher: bool = fixed(
         True, 'whether transforms and robot_description are published; false where a '
-        'robot_state_publisher does that', read_only=True)
-    sensors: dict[str, SensorSettings] = parameter(
-        {}, "sensor -> its kind and link, beside those of the URDF's <ros2_control>",
-        read_only=True)
-    cameras: dict[str, CameraSettings] = parameter(
-        {}, 'name -> camera, whose topics begin with the name', read_only=True)
-    fault_injection: bool = parameter(
+        'robot_state_publisher does that')
+    sensors: dict[str, SensorSettings] = fixed(
+        {}, "sensor -> its kind and link, beside those of the URDF's <ros2_control>")
+    cameras: dict[str, CameraSettings] = fixed(
+        {}, 'name -> camera, whose topics begin with the name')
+    fault_injection: bool = fixed(
         False,
         'for tests: joints can be made to fail by the parameters faults.<joint>.lag, .bias and '
-        '.blocked of the controller manager',
-        read_only=True,
-    )
-    hardware: HardwareSettings = parameter(
-        HardwareSettings(), 'drives and safety of the arm')
+        '.blocked of the controller manager')
+    hardware: HardwareSettings = parameter(HardwareSettings(), 'drives and safety of the arm')
     recorder: RecorderSettings = parameter(RecorderSettings(), 'recording of the last seconds')
     pace: PaceSettings = parameter(PaceSettings(), 'how the loop keeps to the wall clock')
 

@@ -54,8 +54,7 @@ def convex_outline(corners: Sequence[Sequence[float]]) -> list[tuple[float, floa
     if not all(turn <= 1e-12 for turn in turns) or not min(turns) < -1e-12:
         raise ValueError(
             'the corners of a prism must form a convex polygon with an area; build other '
-            'outlines from several convex parts'
-        )
+            'outlines from several convex parts')
     return outline
 
 
@@ -102,8 +101,7 @@ class PrismSettings(Settings):
 
     type: Literal['prism']
     corners: Annotated[list[Point], Field(min_length=3, max_length=200)] = parameter(
-        description='corners of the polygon in order, (x, y) [m]'
-    )
+        description='corners of the polygon in order, (x, y) [m]')
     length: Positive = parameter(description='height along z [m]')
 
     @field_validator('corners')
@@ -141,8 +139,7 @@ class WorldObjectSettings(Settings):
     xyz: Triple = parameter((0.0, 0.0, 0.0), 'position in the world [m]')
     rpy: Triple = parameter((0.0, 0.0, 0.0), 'roll, pitch, yaw in the world [rad]')
     mass: float | None = parameter(
-        None, 'mass [kg], spread evenly over the parts; none: the object never moves', gt=0.0
-    )
+        None, 'mass [kg], spread evenly over the parts; none: the object never moves', gt=0.0)
     friction: float = parameter(0.8, 'coefficient of sliding friction', ge=0.0, le=10.0)
     color: tuple[Unit, Unit, Unit, Unit] = parameter((0.6, 0.6, 0.6, 1.0), 'r, g, b, a in 0..1')
 
@@ -163,8 +160,7 @@ class WorldSettings(Settings):
 
     floor: bool | FiniteFloat = parameter(
         True, 'true: a floor at z = 0; a number: at that height [m]')
-    gravity: Triple | None = parameter(
-        None, 'gravity [m/s^2]; none: that of simulation.yaml')
+    gravity: Triple | None = parameter(None, 'gravity [m/s^2]; none: that of simulation.yaml')
     objects: dict[str, WorldObjectSettings] = parameter({}, 'name -> object')
 
     @property

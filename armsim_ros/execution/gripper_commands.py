@@ -50,8 +50,7 @@ def gripper_target(part: JointTrajectory, controller: MoveItControllerSettings) 
 
 
 def parallel_gripper_target(
-    part: JointTrajectory, controller: MoveItControllerSettings
-) -> GripperTarget:
+    part: JointTrajectory, controller: MoveItControllerSettings) -> GripperTarget:
     """
     Return the target of a ParallelGripperCommand: the last point of the first joint.
 

@@ -75,8 +75,7 @@ def send_parts(
     usable = {
         f'{robot}/{name}' if several else name: controller
         for robot, manager in managers.items()
-        for name, controller in manager.controllers.items() if controller.active
-    }
+        for name, controller in manager.controllers.items() if controller.active}
     found = {name: settings for name, controller in usable.items()
              if (settings := _settings(name, controller, known)) is not None}
     try:

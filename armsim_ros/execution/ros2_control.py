@@ -83,8 +83,7 @@ class ManagedControllers:
                          if controller.active)
 
     def switch(
-        self, activate: Iterable[str], deactivate: Iterable[str]
-    ) -> tuple[list[str], list[str]]:
+        self, activate: Iterable[str], deactivate: Iterable[str]) -> tuple[list[str], list[str]]:
         """
         Return the controllers to activate and to deactivate in a strict switch.
 

@@ -11,8 +11,8 @@ import numpy as np
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.joint_frames import JointFrames, unit_axis
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import corner_points
 from armsim_ros.model.robot_model import JointType
-from armsim_ros.model.shape_points import corner_points
 
 #: What a sliding joint without limits counts as [m].
 LONGEST_TRAVEL = 1e3

@@ -10,8 +10,8 @@ serves machines without ROS, and the dry run. A launch takes this way through th
 1. ``main`` reads the words and finds the file with ``lookup``, which knows packages, programs
    and Python modules, in installations and in sources that are not built.
 2. It makes upstream's modules importable (``names``, with the table of ``api/modules``) and has
-   the file read by ``files``: Python by running it, XML and YAML as ``element``, which ``parser``
-   turns into actions, with ``substitution_text`` for ``$(...)``.
+   the file read by ``files``: Python by running it, XML and YAML as elements of ``syntax``, which
+   ``parser`` turns into actions.
 3. ``engine`` visits the description, with events and timers. What a file consists of is in
    ``api/``: ``actions``, ``configuration``, ``substitutions``, ``paths`` and ``programs``,
    processes and nodes (``process``, ``ros_*``), ``events`` and their handlers, and the helpers of

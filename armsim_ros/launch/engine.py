@@ -20,9 +20,10 @@ from typing import Any
 
 from armsim_ros.errors import Location, USAGE_STATUS
 from armsim_ros.launch.api import events
-from armsim_ros.launch.api.context import calling_place, LaunchContext, LaunchDescriptionEntity
+from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import (
+    calling_place,
     MissingArgumentsError,
     MissingPackageError,
     StoppedError,

@@ -7,8 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 import os
 from pathlib import Path
+import sys
 import traceback
 from types import TracebackType
+from typing import Any
+
+from typing_extensions import Self
 
 from armsim_ros.errors import ArmsimError, Location
 
@@ -154,3 +158,31 @@ def _raised_in(trace: TracebackType | None, file: str) -> bool:
     frames = traceback.extract_tb(trace)
     names = (file, f'<frozen {file[:-3]}>')
     return bool(frames) and os.path.basename(frames[-1].filename) in names
+
+
+_OWN_FOLDER = str(Path(__file__).resolve().parent) + os.sep
+
+
+def calling_place() -> Location | None:
+    """Return the line of the launch file, or of the user's other code, that is being run."""
+    frame = sys._getframe(1)
+    while frame is not None:
+        name = frame.f_code.co_filename
+        if not name.startswith((_OWN_FOLDER, '<')):
+            return Location(name, frame.f_lineno)
+        if frame.f_back is None:
+            break
+        frame = frame.f_back
+    return None
+
+
+class Placed:
+    """Remembers the line of the launch file that made it."""
+
+    where: Location | None = None
+
+    def __new__(cls, *_args: Any, **_kwargs: Any) -> Self:
+        """Make it and remember the line."""
+        made = super().__new__(cls)
+        made.where = calling_place()
+        return made

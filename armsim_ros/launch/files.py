@@ -16,10 +16,10 @@ import yaml
 
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.launch.api.description import LaunchDescription
-from armsim_ros.launch.element import Element, is_ros1, translate
 from armsim_ros.launch.failures import InvalidLaunchFileError, LaunchError
 from armsim_ros.launch.lookup import current_lookup
 from armsim_ros.launch.parser import Parser
+from armsim_ros.launch.syntax import Element, is_ros1, translate
 from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 
 XML_ENDINGS = ('.xml', '.launch', '.test')

@@ -231,12 +231,11 @@ def check_not_missing(path: str | Path) -> None:
 
 
 def stand_in_of(path: Path) -> Path | None:
-    """Return our replacement of an upstream launch file, None if there is none."""
-    for package in path.parent.parts:
-        found = STAND_INS / package / 'launch' / path.name
-        if found.is_file():
-            return found
-    return None
+    """Return our replacement of an upstream launch file, None if there is none; it is in XML."""
+    names = dict.fromkeys((path.name, path.with_suffix('.xml').name))
+    places = (STAND_INS / package / 'launch' / name
+              for package in path.parent.parts for name in names)
+    return next((place for place in places if place.is_file()), None)
 
 
 def _source_program(folder: Path, name: str) -> Path | None:

@@ -14,17 +14,16 @@ import sys
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 from armsim_ros.launch.api.configuration import declared_arguments, DeclareLaunchArgument
-from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
+from armsim_ros.launch.api.context import describe_text, LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.description import (
     AnyLaunchDescriptionSource,
     format_entities,
     IncludeLaunchDescription,
 )
-from armsim_ros.launch.api.utilities import describe_text
 from armsim_ros.launch.engine import Engine, watchdog
 from armsim_ros.launch.failures import MissingPackageError, StoppedError
 from armsim_ros.launch.files import read_launch_file
-from armsim_ros.launch.lookup import current_lookup, looking_with, Lookup, make_lookup, STAND_INS
+from armsim_ros.launch.lookup import current_lookup, looking_with, Lookup, make_lookup, stand_in_of
 from armsim_ros.launch.names import importable
 from armsim_ros.launch.overlay import environment_with, overlay_folder, write_overlay
 from armsim_ros.launch.process_spec import is_known, ProcessSpec
@@ -189,8 +188,8 @@ def _find(places: Sequence[str], path: tuple[Path, ...]) -> tuple[Path, Lookup]:
     # Links may lead to a file in two ways.
     found = list({file.resolve(): file for file in _launch_files(folder)
                   if file.name == name}.values())
-    if not found and folder != STAND_INS / package and (STAND_INS / package).is_dir():
-        found = [file for file in _launch_files(STAND_INS / package) if file.name == name]
+    if not found and (stand_in := stand_in_of(Path(package, 'launch', name))):
+        found = [stand_in]
     if not found:
         files = list(_launch_files(folder))
         hint = nearest(name, [file.name for file in files])

@@ -133,8 +133,7 @@ class Mapping:
         """Note that another simulation may be started."""
         self._simulated.clear()
 
-    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole | None
-                ) -> Start:
+    def _decide(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole | None) -> Start:
         if role is None:
             return self._other(action, spec)
         if role is ProgramRole.SPAWN_ROBOT:

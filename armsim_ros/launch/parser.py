@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from armsim_ros.errors import nearest
 from armsim_ros.launch.api import actions, configuration, event_handlers, ros_node
 from armsim_ros.launch.api.configuration import IfCondition, UnlessCondition
-from armsim_ros.launch.api.context import LaunchDescriptionEntity, Substitution
+from armsim_ros.launch.api.context import coerce, LaunchDescriptionEntity, Substitution
 from armsim_ros.launch.api.description import (
     AnyLaunchDescriptionSource,
     IncludeLaunchDescription,
@@ -19,10 +19,8 @@ from armsim_ros.launch.api.description import (
 )
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import ParameterFile, ParameterValue
-from armsim_ros.launch.api.utilities import coerce
-from armsim_ros.launch.element import Element
 from armsim_ros.launch.failures import LaunchError
-from armsim_ros.launch.substitution_text import parse_substitution
+from armsim_ros.launch.syntax import Element, parse_substitution
 
 Entity = LaunchDescriptionEntity
 #: Element -> its action, and the attribute of each argument, with other names that it may have.

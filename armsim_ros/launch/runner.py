@@ -171,8 +171,7 @@ class ProcessRunner:
     @property
     def is_busy(self) -> bool:
         """Whether a process runs, or the simulation replaces it."""
-        return bool(self._running or self._starting
-                    or (self._parts and not self._stopping))
+        return bool(self._running or self._starting or (self._parts and not self._stopping))
 
     def start(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> None:
         """Start the processes of a batch."""

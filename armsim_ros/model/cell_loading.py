@@ -113,8 +113,7 @@ def survey_cell(
     cell = None
     if model is not None and not errors_of(found):
         if files.package is not None:
-            settings = settings.model_copy(
-                update={'spawn': fitting_controllers(settings, model)})
+            settings = settings.model_copy(update={'spawn': fitting_controllers(settings, model)})
         if files.package is not None and not model.hardware:
             settings = _at_full_speed(settings, found)
         try:
@@ -257,8 +256,7 @@ class _CellReader:
                                            self._cell.namespace(name))
                    for name, settings_of in found.items()}
         try:
-            model, of_srdf, places = merged_model(
-                self._own.name, placed, self._own_srdf())
+            model, of_srdf, places = merged_model(self._own.name, placed, self._own_srdf())
         except ConfigError as error:
             self._problems.extend(error.problems)
             return None

@@ -20,10 +20,10 @@ from armsim_ros.errors import (
 from armsim_ros.model.cross_check import check_description, check_settings
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf, UrdfContent
-from armsim_ros.model.description.urdf_geometry import Scale
+from armsim_ros.model.description.urdf_elements import Scale
 from armsim_ros.model.description.xacro_text import describe, Description, read_text, source_line
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.meshes import load_mesh
+from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.packages import Packages

@@ -35,8 +35,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> Matrix:
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
             [-sp, cp * sr, cp * cr],
-        ]
-    )
+        ])
 
 
 def matrix_from_quat_xyzw(quat_xyzw: ArrayLike) -> Matrix:
@@ -57,8 +56,7 @@ def matrix_from_quat_xyzw(quat_xyzw: ArrayLike) -> Matrix:
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+        ])
 
 
 def quat_xyzw_from_matrix(matrix: ArrayLike) -> Matrix:
@@ -120,8 +118,7 @@ def matrix_from_axis_angle(axis: ArrayLike, angle: float) -> Matrix:
             [t * x * x + c, t * x * y - s * z, t * x * z + s * y],
             [t * x * y + s * z, t * y * y + c, t * y * z - s * x],
             [t * x * z - s * y, t * y * z + s * x, t * z * z + c],
-        ]
-    )
+        ])
 
 
 def pose_from_parts(xyz: ArrayLike, rotation: ArrayLike) -> Matrix:

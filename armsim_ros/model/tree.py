@@ -100,5 +100,4 @@ def adjacent_pairs(robot: RobotModel) -> list[tuple[str, str]]:
         for b in solid[i + 1 :]
         if bodies[a] == bodies[b]
         or nearest_above.get(bodies[a]) == bodies[b]
-        or nearest_above.get(bodies[b]) == bodies[a]
-    ]
+        or nearest_above.get(bodies[b]) == bodies[a]]

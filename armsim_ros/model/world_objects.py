@@ -26,9 +26,17 @@ from armsim_ros.config.world import (
     WorldSettings,
 )
 from armsim_ros.errors import Location, nearest, Problem, Severity, SimulationError
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    lowest_height,
+    Mesh,
+    Sphere,
+)
 from armsim_ros.model.robot_model import Inertial, LinkGeometry, RobotModel
-from armsim_ros.model.shape_points import lowest_height
 from armsim_ros.model.transforms import inverse_pose, pose_matrix
 from armsim_ros.model.tree import link_poses, standing_links
 
@@ -56,8 +64,7 @@ def initial_positions(model: RobotModel, settings: SimulationSettings) -> dict[s
         if not joint.limits.lower <= position <= joint.limits.upper:
             raise SimulationError(
                 f"the initial position {position:g} of joint '{name}' is outside its limits; "
-                f'allowed: {joint.limits.lower:g} to {joint.limits.upper:g}'
-            )
+                f'allowed: {joint.limits.lower:g} to {joint.limits.upper:g}')
     return requested
 
 
@@ -113,8 +120,7 @@ def _named_state(model: RobotModel, requested: str) -> dict[str, float]:
     known = [f'{key}/{state}' for key, values in states.items() for state in values]
     raise SimulationError(
         f"the initial state '{requested}' is not in the SRDF of robot '{model.name}'; "
-        f'allowed: {", ".join(known) or "the SRDF has none"}'
-    )
+        f'allowed: {", ".join(known) or "the SRDF has none"}')
 
 
 WORLD_TYPE = 'armsim_ros/world'
@@ -208,15 +214,12 @@ def object_from_settings(name: str, settings: WorldObjectSettings) -> WorldObjec
     try:
         parts = tuple(
             LinkGeometry(
-                shape_geometry(part.shape), pose_matrix(part.xyz, part.rpy), rgba=settings.color
-            )
-            for part in settings.parts
-        )
+                shape_geometry(part.shape), pose_matrix(part.xyz, part.rpy), rgba=settings.color)
+            for part in settings.parts)
     except SimulationError as error:
         raise SimulationError(f"object '{name}': {error}") from None
     return WorldObject(
-        name, pose_matrix(settings.xyz, settings.rpy), parts, settings.mass, settings.friction
-    )
+        name, pose_matrix(settings.xyz, settings.rpy), parts, settings.mass, settings.friction)
 
 
 def floor_object(height: float) -> WorldObject:
@@ -226,8 +229,7 @@ def floor_object(height: float) -> WorldObject:
     :param height: of its surface in the world [m].
     """
     shape = Box((FLOOR_EDGE, FLOOR_EDGE, FLOOR_DEPTH))
-    return WorldObject.of_shape(
-        FLOOR, shape, pose_matrix((0.0, 0.0, height - 0.5 * FLOOR_DEPTH)))
+    return WorldObject.of_shape(FLOOR, shape, pose_matrix((0.0, 0.0, height - 0.5 * FLOOR_DEPTH)))
 
 
 def world_in_root(settings: RobotSettings) -> Matrix:

@@ -1,10 +1,10 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""``moveit.utils``: parameter files."""
+"""``moveit.utils``: parameter files; and the logger of scripts that plan."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import sys
 from tempfile import NamedTemporaryFile
 from typing import Any
@@ -32,3 +32,29 @@ def get_launch_params_filepaths(cli_args: Sequence[str] | None = None) -> list[s
     if places and places[-1] + 1 == len(words):
         raise ValueError("'--params-file' is the last word; it needs the path of a file")
     return [words[place + 1] for place in places]
+
+
+_reported: set[str] = set()
+
+
+def logger() -> Any:
+    """Return the logger."""
+    from rclpy.logging import get_logger  # launch files use the rest without ROS
+
+    return get_logger('moveit_py')
+
+
+def warn_once(text: str) -> None:
+    """Log a warning once per process."""
+    if text not in _reported:
+        _reported.add(text)
+        logger().warning(text)
+
+
+def warn_unused(names: Iterable[str], prefix: str, used: Collection[str]) -> None:
+    """Log once which of the parameters below a prefix are not used, and those that are known."""
+    below = (name.removeprefix(prefix) for name in names if name.startswith(prefix))
+    unused = [name for name in below if name not in used]
+    if unused:
+        warn_once(f"parameters {prefix}*: {', '.join(unused)} not used; "
+                  f"known: {', '.join(used)}")

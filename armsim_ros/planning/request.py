@@ -19,8 +19,14 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.model.geometry import Geometry, shape_fault, Sphere
-from armsim_ros.model.shape_points import bounding_box, is_inside, nearest_inside
+from armsim_ros.model.geometry import (
+    bounding_box,
+    Geometry,
+    is_inside,
+    nearest_inside,
+    shape_fault,
+    Sphere,
+)
 from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.scene.update import StartState

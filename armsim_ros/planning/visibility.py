@@ -20,7 +20,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.mesh.coal_shapes import exact_shape
+from armsim_ros.model.coal_shapes import exact_shape
 from armsim_ros.planning.constraint_terms import ConstraintResult, Frame, Poses
 from armsim_ros.planning.request import VisibilityConstraint
 

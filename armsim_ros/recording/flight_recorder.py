@@ -106,8 +106,7 @@ class FlightRecorder:
         snapshots = {
             name: snapshot
             for name, controller in self._controllers.items()
-            if controller.active and (snapshot := controller.snapshot()) is not None
-        }
+            if controller.active and (snapshot := controller.snapshot()) is not None}
         for name, snapshot in snapshots.items():
             goal = snapshot.goal
             if goal is not None and goal is not self._last_goals.get(name):

@@ -80,8 +80,7 @@ def _word(name: str, what: str) -> str:
     if name != name.strip() or len(name.splitlines()) != 1 or '\0' in name:
         raise _error(
             f'the name {name!r} of {what} cannot be saved: a file holds names of one line, '
-            'without spaces before or after them'
-        )
+            'without spaces before or after them')
     return name
 
 
@@ -177,8 +176,7 @@ class _Reader:
         for _ in range(0 if old else self._count('the number of subframes')):
             name_of_frame = self._line('the name of a subframe')
             frames[name_of_frame] = self._pose()
-        return CollisionObject(
-            name, pose=pose, shapes=tuple(shapes), subframes=frames), color
+        return CollisionObject(name, pose=pose, shapes=tuple(shapes), subframes=frames), color
 
     def _shape(self) -> Geometry:
         kind = self._line('the kind of a shape')
@@ -204,9 +202,7 @@ class _Reader:
         if min(corners, faces) < 1 or corners + faces > len(self._lines):
             raise self._wrong(f'{corners} {faces}', 'as many lines as the mesh has parts')
         vertices = np.array([self._floats(3, 'a vertex') for _ in range(corners)])
-        triangles = np.array(
-            [self._floats(3, 'a triangle') for _ in range(faces)], dtype=np.int64
-        )
+        triangles = np.array([self._floats(3, 'a triangle') for _ in range(faces)], dtype=np.int64)
         return self._usable(Mesh(vertices, triangles))
 
     def _usable(self, shape: Geometry) -> Geometry:

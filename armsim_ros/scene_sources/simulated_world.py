@@ -93,9 +93,7 @@ def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
 
     :param root: (4, 4) pose of the world in the root link's frame.
     """
-    items = [
-        collision_object(item, root) for item in world_objects(world) if item.mass is None
-    ]
+    items = [collision_object(item, root) for item in world_objects(world) if item.mass is None]
     if world.floor_height is not None and FLOOR not in world.objects:
         items.append(collision_object(floor_object(world.floor_height), root))
     return items
@@ -308,5 +306,4 @@ def _same(first: CollisionObject, second: CollisionObject) -> bool:
 
     return len(first.shapes) == len(second.shapes) and all(
         content(a) == content(b) and np.allclose(a.pose, b.pose)
-        for a, b in zip(first.shapes, second.shapes, strict=True)
-    )
+        for a, b in zip(first.shapes, second.shapes, strict=True))

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armsim_ros.testing.arms.arm import Arm, Points, Target, Touch
+    from armsim_ros.testing.arm import Arm, Points, Target, Touch
 
 
 def assert_reached(arm: Arm, goal: Target, tolerance: float = 1e-3) -> None:
@@ -41,8 +41,7 @@ def assert_no_collision(arm: Arm, since: float | None = None) -> None:
 
 
 def assert_no_contact(
-    arm: Arm, first: str, second: str | None = None, since: float | None = None
-) -> None:
+    arm: Arm, first: str, second: str | None = None, since: float | None = None) -> None:
     """
     Fail where a body touched another.
 
@@ -53,8 +52,7 @@ def assert_no_contact(
     __tracebackhide__ = True
     hits = [
         touch for touch in arm.touches(since)
-        if touch.names(first) and (second is None or touch.names(second))
-    ]
+        if touch.names(first) and (second is None or touch.names(second))]
     if hits:
         raise AssertionError(f"'{first}' was touched: {_described(hits)}")
 
@@ -98,8 +96,7 @@ def _described(touches: list[Touch]) -> str:
     lines = [
         f"'{touch.bodies[0]}' and '{touch.bodies[1]}' overlapped by {touch.depth * 1e3:.2f} mm "
         f'from {touch.start:.3f} to {touch.end:.3f} s'
-        for touch in touches[:5]
-    ]
+        for touch in touches[:5]]
     if len(touches) > 5:
         lines.append(f'and {len(touches) - 5} more')
     return '; '.join(lines)

@@ -172,8 +172,7 @@ class Program:
             status = self.process.wait(timeout)
         except subprocess.TimeoutExpired:
             raise AssertionError(
-                f'{self.name} still runs after {timeout} s\n{self.text}'
-            ) from None
+                f'{self.name} still runs after {timeout} s\n{self.text}') from None
         self._reader.join(timeout)
         return status
 

@@ -67,8 +67,7 @@ class RobotUser:
         """Wait for a message in which no joint moves."""
         self._joint_states.clear()
         self._joint_states.wait_for(
-            lambda message: max(map(abs, message.velocity), default=0.0) < 0.001
-        )
+            lambda message: max(map(abs, message.velocity), default=0.0) < 0.001)
 
     def send(self, controller: str, joints: Sequence[str],
              points: Sequence[tuple[float, Sequence[float]]], **tolerances: Any) -> Outcome:
@@ -79,8 +78,7 @@ class RobotUser:
 
 @contextmanager
 def running_robot(
-    *arguments: str, namespace: str = '', domain: int | None = None
-) -> Iterator[RobotUser]:
+    *arguments: str, namespace: str = '', domain: int | None = None) -> Iterator[RobotUser]:
     """
     Bring a robot up on a private domain for the time of the context.
 

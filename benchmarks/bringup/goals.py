@@ -71,8 +71,7 @@ def go(stack: Stack, client: PatientActionClient, values: list[float]) -> MoveGr
     goal.request.goal_constraints = [Constraints(joint_constraints=[
         JointConstraint(joint_name=f'joint_{i + 1}', position=value, tolerance_above=1e-4,
                         tolerance_below=1e-4, weight=1.0)
-        for i, value in enumerate(values)
-    ])]
+        for i, value in enumerate(values)])]
     handle = stack.client.result(client.send_goal_async(goal), 30.0, 'answer to the goal')
     result: MoveGroup.Result = stack.client.result(
         handle.get_result_async(), 120.0, 'result').result

@@ -51,8 +51,7 @@ def measure(stack: Stack, phase: str, seconds: float) -> None:
         item.key: item.value
         for message in diagnostics.messages[-1:]
         for status in message.status
-        for item in status.values
-    }
+        for item in status.values}
     lateness = ', '.join(f'{key} {values.get(key, "?")}' for key in LATENESS)
     print(f'  control tick: {lateness}; priority {values.get("priority", "?")}, '
           f'real-time factor {values.get("real_time_factor", "?")}')
@@ -70,8 +69,7 @@ def plan_without_pause(stack: Stack, stop: threading.Event) -> None:
         angles = (0.5, 0.5, 0.5, -0.5, 1.5, 0.0) if count % 2 else (-0.8, 0.2, 1.0, 0.9, 0.3, 1.0)
         plan.goal_constraints = [Constraints(joint_constraints=[
             JointConstraint(joint_name=f'joint_{i + 1}', position=angle, weight=1.0)
-            for i, angle in enumerate(angles)
-        ])]
+            for i, angle in enumerate(angles)])]
         stack.client.call('/plan_kinematic_path', GetMotionPlan, request, 30.0)
         count += 1
     print(f'  ({count} plans)')

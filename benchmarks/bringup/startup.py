@@ -34,6 +34,5 @@ def startup_table(options: Options) -> Table:
         f'From the command on, {options.runs} starts', ('what', 'median s', 'worst s'),
         [
             (name, f'{median(times):.2f}', f'{max(times):.2f}')
-            for name, times in ((f'first {topic}', states), (f'"{READY}"', ready))
-        ],
+            for name, times in ((f'first {topic}', states), (f'"{READY}"', ready))],
     )

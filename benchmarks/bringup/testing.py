@@ -32,8 +32,7 @@ def main(options: Options) -> None:
             (what, *(f'{value:.3f}' for place in range(2) for value in (
                 median([run[what][place] for run in runs]),
                 max(run[what][place] for run in runs))))
-            for what in runs[0]
-        ]
+            for what in runs[0]]
         Table(f'{title}, {options.runs} runs [s]',
               ('what', 'median wall', 'worst wall', 'median CPU', 'worst CPU'), rows).print()
 
@@ -47,8 +46,8 @@ def _measured(mode: str, robot: str) -> dict[str, tuple[float, float]]:
 def in_process(robot: str) -> dict[str, tuple[float, float]]:
     """Return what was measured of arms in this process."""
     begin = _now()
-    from armsim_ros.testing.arms.in_process import InProcessArm
-    from armsim_ros.testing.plugin.stacks import built_cell
+    from armsim_ros.testing.in_process import InProcessArm
+    from armsim_ros.testing.stacks import built_cell
 
     arm = InProcessArm(built_cell(robot, None, {}))
     first = _now()
@@ -71,7 +70,7 @@ def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     from armsim_ros.testing.started_stack import SharedStack
 
     def settings() -> Any:
-        from armsim_ros.testing.plugin.stacks import built_cell
+        from armsim_ros.testing.stacks import built_cell
 
         return built_cell(robot, None, {}).settings
 
@@ -79,7 +78,7 @@ def over_dds(robot: str) -> dict[str, tuple[float, float]]:
         shared, found = SharedStack(domain), {}
         for what in ('first arm up', 'arm of the next test'):
             user = shared.at_start(robot, [f'robot:={robot}'], lambda: settings().namespace)
-            from armsim_ros.testing.arms.ros_arm import RosArm
+            from armsim_ros.testing.ros_arm import RosArm
 
             RosArm(user, settings())
             found[what] = _past(begin, _now())

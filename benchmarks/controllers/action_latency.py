@@ -85,16 +85,13 @@ class Stopwatch:
 def main(options: Options) -> None:
     """Print a table of both servers."""
     with running_stack(f'robot:={options.robot}') as stack, peer(
-        'controllers.empty_action_server', domain=stack.domain
-    ):
+        'controllers.empty_action_server', domain=stack.domain):
         controller, joints = arm_of(options.robot)
         state = stack.client.collect(
-            f'{controller.rpartition("/")[0]}/joint_states', JointState
-        ).wait(1)[-1]
+            f'{controller.rpartition("/")[0]}/joint_states', JointState).wait(1)[-1]
         here = dict(zip(state.name, state.position, strict=True))
         goal = FollowJointTrajectory.Goal(
-            trajectory=trajectory_message(joints, [(DURATION, [here[name] for name in joints])])
-        )
+            trajectory=trajectory_message(joints, [(DURATION, [here[name] for name in joints])]))
         watches = {
             'ours': (Stopwatch(
                 stack.client, f'{controller}/follow_joint_trajectory', DURATION), goal),

@@ -36,16 +36,14 @@ LATENESS = ('p50', 'p99', 'max')
 def main(options: Options) -> None:
     """Print one block a phase."""
     with running_stack(f'robot:={options.robot}') as stack, peer(
-        'controllers.empty_action_server', domain=stack.domain
-    ) as empty:
+        'controllers.empty_action_server', domain=stack.domain) as empty:
         watch(stack, empty, options, 'idle')
         with goals_without_pause(stack, options.robot):
             watch(stack, empty, options, 'moving')
             with ExitStack() as opened:
                 clients = [
                     opened.enter_context(peer('listener', domain=stack.domain))
-                    for _ in range(options.clients)
-                ]
+                    for _ in range(options.clients)]
                 for program in clients:
                     program.wait_for_line(listener.SETTLED, 120.0)
                 watch(stack, empty, options,
@@ -59,24 +57,21 @@ def watch(stack: Stack, empty: Program, options: Options, phase: str) -> None:
         'controllers.bare_loop', options.robot, domain=stack.domain, settled=bare_loop.STARTED
     ) as bare:
         diagnostics = stack.client.collect(
-            '/diagnostics', DiagnosticArray, qos_profile_sensor_data
-        )
+            '/diagnostics', DiagnosticArray, qos_profile_sensor_data)
         before = {name: processor_seconds(process) for name, process in processes.items()}
         began = time.monotonic()
         time.sleep(max(options.seconds, WINDOW))
         watched = time.monotonic() - began
         shares = {
             name: 100.0 * (processor_seconds(process) - before[name]) / watched
-            for name, process in processes.items()
-        }
+            for name, process in processes.items()}
         diagnostics.close()
         bare.stop()
     beside = dict(re.findall(r'(\w+)=([\d.]+)', bare.output[-1]))
     ours = {
         item.key: item.value
         for status in diagnostics.messages[-1].status
-        for item in status.values
-    }
+        for item in status.values}
     print(f'{phase}: share of a processor')
     for name, share in shares.items():
         print(f'  {name:<22}{share:8.1f} %')

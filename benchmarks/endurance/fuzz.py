@@ -43,8 +43,7 @@ from simulation_interfaces.srv import SetSimulationState
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.clients.client_node import ClientNode
-from benchmarks.endurance.interfaces_of_graph import Endpoint, endpoints
-from benchmarks.endurance.random_messages import RandomMessages
+from benchmarks.endurance.random_messages import Endpoint, endpoints, RandomMessages
 from benchmarks.endurance.soak_client import SoakClient
 from benchmarks.options import Options
 from benchmarks.stack import arm_of, joint_states_of, running_stack
@@ -129,8 +128,7 @@ class Fuzz:
         while len(found) < len(now := endpoints(self._client.node, self._left_out)):
             found = now
             self._client.settle()
-        return [one for one in found
-                if one.name not in LEFT_OUT and not one.name.endswith(STOPS)]
+        return [one for one in found if one.name not in LEFT_OUT and not one.name.endswith(STOPS)]
 
     def _hammer(self, endpoint: Endpoint, count: int) -> None:
         """Send so many messages to an endpoint; all has to be afterwards as it was."""
@@ -272,8 +270,7 @@ class Fuzz:
         changed = [
             Parameter(name=name, value=values[name])
             for name, value in self._parameters(node).items()
-            if name in values and repr(values[name]) != repr(value)
-        ]
+            if name in values and repr(values[name]) != repr(value)]
         answer = self._client.call(
             f'{node}/set_parameters', SetParameters, SetParameters.Request(parameters=changed))
         for parameter, result in zip(changed, answer.results, strict=True):

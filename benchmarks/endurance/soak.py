@@ -37,8 +37,7 @@ def main(options: Options) -> None:
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                 env=ros_environment(stack.domain),
             ))
-            for kind in KINDS
-        ]
+            for kind in KINDS]
         processes = stack.processes()
         used = {name: processor_seconds(pid) for name, pid in processes.items()}
         samples: dict[str, list[tuple[float, float]]] = {name: [] for name in processes}

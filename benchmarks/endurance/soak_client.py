@@ -62,8 +62,7 @@ class SoakClient:
         semantic = load_robot_model(load_robot_settings(robot)).semantic
         self._client = client
         self.group, states = next(
-            (name, states) for name, states in semantic.named_states.items() if len(states) > 1
-        )
+            (name, states) for name, states in semantic.named_states.items() if len(states) > 1)
         self.tip = semantic.groups[self.group].links[-1]
         self._states = itertools.cycle(states.values())
         self._action = PatientActionClient(client.node, MoveGroup, '/move_action')

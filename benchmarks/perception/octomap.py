@@ -38,8 +38,7 @@ def main(options: Options) -> None:
     """Print the times."""
     points, sensor = table()
     body = Solid(Capsule(0.07, 0.3), 1.0, 0.02)
-    bodies = [(body, pose_matrix((0.1 * k, 0.0, 0.1 * k), (0.0, 0.3 * k, 0.0)))
-              for k in range(10)]
+    bodies = [(body, pose_matrix((0.1 * k, 0.0, 0.1 * k), (0.0, 0.3 * k, 0.0))) for k in range(10)]
     peer = _peer(points @ sensor[:3, :3].T + sensor[:3, 3], sensor[:3, 3])
     rows = []
     for resolution in RESOLUTIONS:

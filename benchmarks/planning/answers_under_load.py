@@ -40,8 +40,7 @@ from benchmarks.stack import median, percentile, running_stack, Stack
 def main(options: Options) -> None:
     """Print a line a kind of request; ``--runs`` rounds of them, a tenth of that of motions."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(
-        planning_robot(load_robot_model(settings), settings.joint_limits))
+    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
     semantic = model.robot.semantic
     group, states = next(
         (name, states) for name, states in semantic.named_states.items() if len(states) > 1)
@@ -107,13 +106,11 @@ def _requests(stack: Stack, group: str, tip: str) -> dict[str, Callable[[], Any]
     }
     return {
         name: partial(client.call, service, kind, request)
-        for name, (kind, service, request) in calls.items()
-    }
+        for name, (kind, service, request) in calls.items()}
 
 
 def _cancelled(
-    stack: Stack, topic: str, goal: dict[str, float], runs: int
-) -> dict[str, list[float]]:
+    stack: Stack, topic: str, goal: dict[str, float], runs: int) -> dict[str, list[float]]:
     """Start motions and cancel them; return the times to the answer and to standstill [ms]."""
     client = stack.client
     states = client.collect(topic, JointState)
@@ -136,8 +133,7 @@ def _cancelled(
         ended = client.in_executor(handle.get_result_async)
         time.sleep(1.0)
         began = time.monotonic()
-        answers.append(_took(
-            partial(_cancel, client, handle)))
+        answers.append(_took(partial(_cancel, client, handle)))
         states.clear()
         while max(map(abs, states.wait(1)[-1].velocity)) > 0.01:
             states.clear()

@@ -103,8 +103,7 @@ def arms(folder: Path) -> list[Arm]:
     for name, source in (('sunday', 'sunday'), ('ur5', 'ur5'), ('panda', str(panda))):
         robot = load_robot_model(load_robot_settings(source))
         group, chain = max(
-            robot.semantic.groups.items(), key=lambda item: len(item[1].active_joints)
-        )
+            robot.semantic.groups.items(), key=lambda item: len(item[1].active_joints))
         urdf = folder / f'{name}.urdf'
         # TRAC-IK takes the soft limits of ROS 1's safety controllers for 0.
         text = re.sub(r'<safety_controller[^>]*/>', '', robot.urdf)
@@ -133,8 +132,7 @@ def ours(arm: Arm, targets: list[dict[str, Any]], timeout: float) -> list[dict[s
 
 
 def theirs(
-    python: str, arm: Arm, targets: list[dict[str, Any]], timeout: float
-) -> list[dict[str, Any]]:
+    python: str, arm: Arm, targets: list[dict[str, Any]], timeout: float) -> list[dict[str, Any]]:
     """Return TRAC-IK's answers."""
     question = {
         'urdf': str(arm.urdf), 'base': arm.base, 'tip': arm.tip, 'timeout': timeout,
@@ -177,8 +175,7 @@ def row(
     """Return a line of the table."""
     solved = sum(
         judge.solved(answer['values'], target['pose'])
-        for answer, target in zip(answers, targets, strict=True)
-    )
+        for answer, target in zip(answers, targets, strict=True))
     times = [answer['seconds'] * 1e3 for answer in answers]
     p50, p95, p99 = np.quantile(times, (0.5, 0.95, 0.99))
     return (f'| {robot} | {timeout * 1e3:.0f} ms | {name} | {solved / len(answers):.2%} | '

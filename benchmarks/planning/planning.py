@@ -104,8 +104,7 @@ class Worker:
 
     def plan(self, problem: Problem, seed: int) -> dict[str, Any]:
         """Return the planner's answer."""
-        answer = self._ask(
-            {'problem': problem_text(problem), 'seed': seed, 'seconds': SECONDS})
+        answer = self._ask({'problem': problem_text(problem), 'seed': seed, 'seconds': SECONDS})
         if answer is None:
             self.ready = False
             return {'message': 'the process ended', 'cpu': 0.0, 'wall': 0.0, 'scene': 0.0}
@@ -211,8 +210,7 @@ def run(problems: ProblemSet, names: Sequence[str], seed: int) -> list[Record]:
     with ProcessPoolExecutor(
         os.cpu_count(), multiprocessing.get_context('spawn'), Judge.take_office, (text,)
     ) as office:
-        return list(office.map(
-            Judge.record, repeat(problems.robot), *zip(*answers, strict=True)))
+        return list(office.map(Judge.record, repeat(problems.robot), *zip(*answers, strict=True)))
 
 
 def main(options: Options) -> None:

@@ -41,8 +41,7 @@ CARTESIAN_POINTS = 500
 def main(options: Options) -> None:
     """Print a line a cost; ``--runs`` says how often plans are cancelled at each stage."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(
-        planning_robot(load_robot_model(settings), settings.joint_limits))
+    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics))
@@ -103,8 +102,7 @@ def _edits(scene: PlanningScene, group: str) -> None:
             began = time.process_time()
             edit(k)
             checker.in_collision(scene.q, group)
-            spent.setdefault(name, []).append(
-                1000.0 * (time.process_time() - began - idle))
+            spent.setdefault(name, []).append(1000.0 * (time.process_time() - began - idle))
     for name, values in spent.items():
         print(f'scene edit, {name}: {median(values):.2f} ms CPU, '
               f'95 % below {float(np.percentile(values, 95)):.2f}')
@@ -145,8 +143,7 @@ def _cartesian(planner: MotionPlanner, scene: PlanningScene, group: str) -> None
 
 def _request(group: str, start: dict[str, float], goal: dict[str, float]) -> MotionPlanRequest:
     joints = tuple(JointConstraint(name, value, 1e-4, 1e-4) for name, value in goal.items())
-    return MotionPlanRequest(
-        group, (Constraints(joints),), StartState.from_positions(start))
+    return MotionPlanRequest(group, (Constraints(joints),), StartState.from_positions(start))
 
 
 def _cancel(

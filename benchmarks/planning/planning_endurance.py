@@ -41,8 +41,7 @@ def main(options: Options) -> None:
     Every tenth request is cancelled, every fourth has a goal that collides or may collide.
     """
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(
-        planning_robot(load_robot_model(settings), settings.joint_limits))
+    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics), log=_silent())
@@ -102,8 +101,7 @@ def _edit(scene: PlanningScene, group: str, rng: np.random.Generator, number: in
 
 
 def _request(
-    group: str, start: dict[str, float], goal: dict[str, float], seed: int
-) -> MotionPlanRequest:
+    group: str, start: dict[str, float], goal: dict[str, float], seed: int) -> MotionPlanRequest:
     joints = tuple(JointConstraint(name, value, 1e-4, 1e-4) for name, value in goal.items())
     return MotionPlanRequest(
         group, (Constraints(joints),), StartState.from_positions(start), seed=seed,

@@ -21,8 +21,7 @@ from benchmarks.options import Options
 def main(options: Options) -> None:
     """Print one line a pair of states: solved, median and largest time, path, duration."""
     settings = load_robot_settings(options.robot)
-    model = KinematicModel(
-        planning_robot(load_robot_model(settings), settings.joint_limits))
+    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
     scene = PlanningScene(model)
     planner = MotionPlanner(scene, settings=settings_from_config(
         settings.planning_parameters, settings.ompl, settings.kinematics))

@@ -184,8 +184,7 @@ def _packaged_for(source: Path, robot: str) -> dict[str, Any]:
     joints: list[str] = []
     wanted = {
         f'problems/{scene}_{robot}/{kind}{index:04d}.yaml': (scene, index, kind)
-        for scene in SCENES for index in range(1, 101) for kind in ('scene', 'request')
-    }
+        for scene in SCENES for index in range(1, 101) for kind in ('scene', 'request')}
     texts = {}
     with tarfile.open(source / 'resources' / robot / 'problems.tar.bz2') as archive:
         for member in archive:  # in the order of the file: going back means unpacking anew

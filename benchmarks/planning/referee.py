@@ -72,9 +72,7 @@ class Referee:
             raise ValueError('a path has to name every joint that moves')
         self._velocity, self._acceleration = velocity, acceleration
 
-    def path(
-        self, problem: Any, waypoints: np.ndarray
-    ) -> Verdict:
+    def path(self, problem: Any, waypoints: np.ndarray) -> Verdict:
         """Judge a polyline (k, m)."""
         points = np.asarray(waypoints, dtype=float)
         fault = self._ends(problem, points) or self._bounds(points)
@@ -163,8 +161,7 @@ class Referee:
         for each in obstacles:
             shape = (
                 coal.Box(*each['size']) if each['type'] == 'box'
-                else coal.Cylinder(each['radius'], each['length'])
-            )
+                else coal.Cylinder(each['radius'], each['length']))
             x, y, z, w = each['quat_xyzw']
             placement = pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(each['position']))
             geometry.addGeometryObject(

@@ -63,13 +63,11 @@ def _rows(records: Sequence[Record]) -> list[tuple[str, ...]]:
     ours = {(each.scene_name, each.index): each for each in records if each.planner == OURS}
     names = _unique(each.planner for each in records)
     names.sort(key=lambda name: name != OURS)
-    return [_row(name, [each for each in records if each.planner == name], ours)
-            for name in names]
+    return [_row(name, [each for each in records if each.planner == name], ours) for name in names]
 
 
 def _row(
-    name: str, records: Sequence[Record], ours: dict[tuple[str, int], Record]
-) -> tuple[str, ...]:
+    name: str, records: Sequence[Record], ours: dict[tuple[str, int], Record]) -> tuple[str, ...]:
     cpu = [1000.0 * each.cpu for each in records]
     solved = [each for each in records if each.path is not None]
     moving = [each for each in records if each.motion is not None]

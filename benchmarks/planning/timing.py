@@ -34,8 +34,7 @@ def ours(path: np.ndarray) -> Motion:
 def toppra(parametrizer: str) -> Callable[[np.ndarray], Motion]:
     """Return toppra on a cubic spline through the waypoints."""
     def timed(path: np.ndarray) -> Motion:
-        places = np.concatenate(
-            [[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
         limits = [np.full(JOINTS, value) for value in (VELOCITY, ACCELERATION)]
         motion = algorithm.TOPPRA(
             [constraint.JointVelocityConstraint(np.stack([-limits[0], limits[0]], axis=1)),

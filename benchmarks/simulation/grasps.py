@@ -42,8 +42,7 @@ def grasps(robot: str, namespace: str, options: Options) -> None:
     numbers = random.Random(options.seed)
     rows: list[tuple[str, ...]] = []
     with private_domain() as domain, running_robot(
-        f'robot:={robot}', 'world:=empty', namespace=namespace, domain=domain
-    ):
+        f'robot:={robot}', 'world:=empty', namespace=namespace, domain=domain):
         good = 0
         for _ in range(options.runs):
             start, end = drawn_place(numbers), drawn_place(numbers)

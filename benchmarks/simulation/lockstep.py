@@ -63,8 +63,7 @@ def lockstep_tables(options: Options) -> Iterable[Table]:
             _row(situation, rate, moves=moves)
             for situation in _situations(options.robot, Path(folder))
             for rate in RATES
-            for moves in (False, True)
-        ]
+            for moves in (False, True)]
     yield Table('Steps without ROS, processor time', HEAD, rows)
     yield Table(
         'Tasks without ROS', ('task', 'processor s', 'simulated s'),
@@ -82,8 +81,7 @@ def _situations(robot: str, folder: Path) -> list[Situation]:
     boxes = '\n'.join(
         f'  box_{i}: {{mass: 0.3, xyz: [{0.8 + 0.01 * i}, 0.8, {LOWEST + STEP * i}], '
         'parts: [{shape: {type: box, size: [0.1, 0.1, 0.1]}}]}'
-        for i in range(10)
-    )
+        for i in range(10))
     falling.write_text(f'floor: true\nobjects:\n{boxes}\n', encoding='utf-8')
     arms.mkdir()
     write_robot(arms, 30)

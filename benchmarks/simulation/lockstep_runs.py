@@ -52,8 +52,7 @@ def main(options: Options) -> None:
 @contextmanager
 def busy_processes(count: int) -> Iterator[None]:
     """Have processes compute."""
-    running = [subprocess.Popen([sys.executable, '-c', 'while True: pass'])
-               for _ in range(count)]
+    running = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(count)]
     try:
         yield
     finally:

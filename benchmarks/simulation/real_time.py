@@ -96,8 +96,7 @@ def _side_by_side(options: Options) -> Iterator[Phase]:
     with ExitStack() as opened:
         stacks = [
             opened.enter_context(running_stack(f'robot:={options.robot}', wait=False))
-            for _ in range(STACKS)
-        ]
+            for _ in range(STACKS)]
         for stack in stacks:
             stack.program.wait_for_line(re.escape(READY), 120.0)
         yield watched(f'idle, each of {STACKS} stacks', stacks, options)
@@ -121,8 +120,7 @@ def watched(name: str, stacks: Sequence[Stack], options: Options) -> Phase:
                 end[process][1] - begin[process][1]
                 for begin, end in zip(before, after, strict=True)),
         )
-        for process in before[0]
-    }
+        for process in before[0]}
     figures = [each.figures(passed) for each in kept]
     p50, p99 = (max(column) for column in list(zip(*figures, strict=True))[:2])
     clock, states = (min(column) for column in list(zip(*figures, strict=True))[2:])
@@ -148,8 +146,7 @@ class _Kept:
         values = {
             item.key: item.value
             for message in self._health.messages for status in message.status
-            for item in status.values
-        }
+            for item in status.values}
         for collector in (self._clock, self._states, self._health):
             collector.close()
         late = [float(values[f'lateness_{key}_us']) for key in ('p50', 'p99')]
@@ -160,8 +157,7 @@ def _use_of(stack: Stack) -> dict[str, tuple[float, int]]:
     """Return process -> processor time [s] and wake-ups so far."""
     return {
         name: (processor_seconds(process), _wake_ups(process))
-        for name, process in stack.processes().items()
-    }
+        for name, process in stack.processes().items()}
 
 
 def _wake_ups(process: int) -> int:

@@ -24,5 +24,4 @@ def main(options: Options) -> None:
             table.print()
             lines += table.markdown()
     if options.report:
-        replace_section(
-            Path(options.report), 'simulation', [machine_load(), '', *lines])
+        replace_section(Path(options.report), 'simulation', [machine_load(), '', *lines])

@@ -34,8 +34,7 @@ class ServoedArm:
         self.parameters = ServoParameters.model_validate(parameters)
         self.controller = next(
             one for one in sim.manager.controllers.values()
-            if isinstance(one, JointTrajectoryController)
-        )
+            if isinstance(one, JointTrajectoryController))
         self.group = arm_group(self.kinematics, [self.controller.joints])
         self.stream, _ = build_stream(
             self.kinematics, sim.scene, CollisionChecker(sim.scene),
@@ -43,8 +42,7 @@ class ServoedArm:
         )
         self._window = TrajectoryWindow(
             self.stream.target.names, round(self.parameters.max_expected_latency * 1e9))
-        self._steps = round(
-            self.parameters.publish_period * 1e9 / sim.simulation.clock.step_ns)
+        self._steps = round(self.parameters.publish_period * 1e9 / sim.simulation.clock.step_ns)
 
     @property
     def q(self) -> Vector:

@@ -95,8 +95,7 @@ class User:
         """Move to the place and rest there."""
         point = JointTrajectoryPoint(positions=[float(value) for value in positions])
         point.time_from_start.sec = 2
-        self.trajectories.publish(
-            JointTrajectory(joint_names=list(JOINTS), points=[point]))
+        self.trajectories.publish(JointTrajectory(joint_names=list(JOINTS), points=[point]))
         time.sleep(2.8)
 
     def jog(self, seconds: float, share: float, period: float = 0.01) -> tuple[float, float]:
@@ -200,8 +199,7 @@ def _changes(references: list[Reference]) -> list[float]:
     """Return when the reference had changed [s]."""
     return [
         later[0] for before, later in pairwise(references)
-        if np.abs(later[2] - before[2]).max() > 1e-7
-    ]
+        if np.abs(later[2] - before[2]).max() > 1e-7]
 
 
 def _forward(user: User) -> tuple[str, str]:
@@ -230,8 +228,7 @@ def _forward(user: User) -> tuple[str, str]:
 
 def _straightness(user: User) -> list[tuple[str, ...]]:
     settings = load_robot_settings('sunday')
-    kinematics = KinematicModel(
-        planning_robot(load_robot_model(settings), settings.joint_limits))
+    kinematics = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
 
     def tip(positions: Vector) -> Matrix:
         q = kinematics.insert(kinematics.default(), 'manipulator', positions)
@@ -242,8 +239,7 @@ def _straightness(user: User) -> list[tuple[str, ...]]:
     way = track[-1] - track[0]
     length = float(np.linalg.norm(way))
     along = (track - track[0]) @ way / max(length, 1e-9)
-    sideways = np.linalg.norm(
-        track - track[0] - along[:, None] * way / max(length, 1e-9), axis=1)
+    sideways = np.linalg.norm(track - track[0] - along[:, None] * way / max(length, 1e-9), axis=1)
     middle = (along > 0.2 * length) & (along < 0.8 * length)
     speed = float('nan')
     if middle.sum() > 2:
@@ -252,8 +248,7 @@ def _straightness(user: User) -> list[tuple[str, ...]]:
     turning = velocities[np.abs(velocities).max(axis=1) > 0.02]
     flips = sum(
         np.any(turning[:, k] > 0.01) and np.any(turning[:, k] < -0.01)
-        for k in range(turning.shape[1])
-    )
+        for k in range(turning.shape[1]))
     return [
         ('straight line at 0.100 m/s', f'{length:.3f} m at {speed:.3f} m/s',
          f'at most {1e3 * sideways.max():.2f} mm sideways'),

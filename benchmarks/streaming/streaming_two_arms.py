@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.execution.meeting import meeting
+from armsim_ros.execution.rules import meeting
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.stack import ArmSim
@@ -98,9 +98,7 @@ def _plan(sim: ArmSim, random: np.random.Generator, side: str) -> JointTrajector
     raise RuntimeError(f'no free state of {group} found; {reason}')
 
 
-def _run(
-    sim: ArmSim, checker: CollisionChecker, plans: list[JointTrajectory]
-) -> _Outcome:
+def _run(sim: ArmSim, checker: CollisionChecker, plans: list[JointTrajectory]) -> _Outcome:
     """Run motions at once."""
     outcome, begin = _Outcome(), sim.time
     goals = [goal for plan in plans for goal in sim.send_trajectory(plan)]
@@ -125,5 +123,4 @@ def _touching(sim: ArmSim) -> bool:
     arms = [names[body].partition('/')[2].partition('_')[0] for body in range(len(names))]
     return any(
         depth > 0.0 and {arms[one], arms[two]} == set(SIDES)
-        for (one, two), depth in zip(bodies, overlaps, strict=True)
-    )
+        for (one, two), depth in zip(bodies, overlaps, strict=True))

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 from zipfile import BadZipFile, ZipFile
 
-from environment.failure import pip_failure
+from environment.installer import pip_failure
 from environment.machine import check_compiler, clean_environment, has_package, Interpreter
 from environment.sources import content_hash, copy_files, EPOCH
 

@@ -13,8 +13,6 @@ import shutil
 import subprocess
 import sys
 
-from environment.failure import SetupError
-
 _QUESTION = """
 import json, platform, sys, sysconfig
 variable = sysconfig.get_config_var
@@ -24,6 +22,10 @@ print(json.dumps({
     'include': sysconfig.get_path('include'),
     'cc': variable('CC') or 'cc', 'cxx': variable('CXX') or 'c++'}))
 """
+
+
+class SetupError(Exception):
+    """Something that the environment needs is missing; the text names it and the remedy."""
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,21 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stages of an environment; each is done again only when what it depends on has changed."""
+"""The command line of env.py, and the stages of an environment, done again where needed."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable, Iterable, Sequence
+import fcntl
 import hashlib
 import json
+import os
 from pathlib import Path
 import shutil
 import subprocess
 import sys
 import tempfile
 
-from environment.failure import SetupError
 from environment.installer import Installer
 from environment.interfaces import InterfaceWheel
 from environment.machine import (
@@ -21,6 +23,7 @@ from environment.machine import (
     check_venv_module,
     clean_environment,
     Interpreter,
+    SetupError,
     sourced_ros,
 )
 from environment.sources import content_hash, copy_files, PACKAGE_SOURCES, requirements
@@ -96,8 +99,7 @@ class EnvironmentBuilder:
                 self._note('interfaces', wheel.key)
         finally:
             wheel.clean_up()
-        self._install_sources([
-            _ROS2_COMMAND, _MOVEIT, *(() if ros is not None else (_HELPERS,))])
+        self._install_sources([_ROS2_COMMAND, _MOVEIT, *(() if ros is not None else (_HELPERS,))])
 
     def _recorded_interpreter(self) -> Interpreter | None:
         text = self._done.get('interpreter')
@@ -184,3 +186,42 @@ def _running() -> Interpreter:
 
 def _key(words: Iterable[str]) -> str:
     return hashlib.sha256('\0'.join(words).encode()).hexdigest()[:32]
+
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+
+def run(argv: Sequence[str]) -> int:
+    """
+    Make or complete the environment.
+
+    :returns: 0, or 1 after one message that says what is missing.
+    """
+    parser = argparse.ArgumentParser(prog='env.py',
+                                     description='Make or complete the environment.')
+    parser.add_argument('--venv', type=Path, default=ROOT / '.venv',
+                        help='the environment (default: .venv in the source tree)')
+    parser.add_argument('--with', dest='extras', action='append', default=[], metavar='EXTRA',
+                        help='an extra of setup.cfg to install as well: test, lint')
+    parser.add_argument('--this-python', action='store_true',
+                        help='make the environment anew where it has another Python than this')
+    arguments = parser.parse_args(argv)
+    folder = os.open(ROOT, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        EnvironmentBuilder(ROOT, arguments.venv.absolute()).build(
+            arguments.extras, this_python=arguments.this_python)
+    except SetupError as failure:
+        print(f'env: {failure}', file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f'env: cannot write {error.filename or arguments.venv}: {error.strerror}; make the '
+              'folder writable, or choose others with VENV=DIR and XDG_CACHE_HOME=DIR',
+              file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print('env: interrupted; the next run goes on from here', file=sys.stderr)
+        return 130
+    finally:
+        os.close(folder)
+    return 0

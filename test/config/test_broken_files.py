@@ -11,7 +11,7 @@ import shutil
 
 import pytest
 
-from armsim_ros.config.yaml.source import LARGEST_FILE
+from armsim_ros.config.yaml_source import LARGEST_FILE
 from armsim_ros.errors import Severity
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.tools.check_config.main import exit_status

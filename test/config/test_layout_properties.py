@@ -6,7 +6,7 @@ import yaml
 
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.yaml.source import parse_yaml
+from armsim_ros.config.yaml_source import parse_yaml
 
 words = st.sampled_from(['a', 'joint_1', 'p', 'goal', 'constraints', 'x2'])
 scalars = st.one_of(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import Severity
 from armsim_ros.resources import find_robot
 from armsim_ros.tools.check_config.robot_check import check_file

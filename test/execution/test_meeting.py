@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.execution.meeting import meeting
+from armsim_ros.execution.rules import meeting
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.planning.collision.collision_model import CollisionChecker

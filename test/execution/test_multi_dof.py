@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.execution.controller_selection import controlled_joints
-from armsim_ros.execution.multi_dof import as_joint_trajectory, MultiDofTrajectory
+from armsim_ros.execution.controller_selection import (
+    as_joint_trajectory,
+    controlled_joints,
+    MultiDofTrajectory,
+)
 from armsim_ros.model.semantic_model import VirtualJoint
 from armsim_ros.trajectory import JointTrajectory
 

@@ -10,8 +10,8 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.displacement_bounds import DisplacementBounds
 from armsim_ros.kinematics.joint_frames import JointFrames
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import corner_points
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.model.shape_points import corner_points
 
 LOAD = np.array([[0.05, 0.0, 0.3], [0.0, -0.1, 0.2]])
 

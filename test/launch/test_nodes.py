@@ -5,7 +5,7 @@
 import pytest
 import yaml
 
-from armsim_ros.launch.api.context import LaunchContext
+from armsim_ros.launch.api.context import LaunchContext, TextSubstitution
 from armsim_ros.launch.api.ros_node import (
     Node,
     PushRosNamespace,
@@ -17,7 +17,6 @@ from armsim_ros.launch.api.ros_parameters import (
     ParameterFile,
     ParameterValue,
 )
-from armsim_ros.launch.api.utilities import TextSubstitution
 from armsim_ros.launch.failures import LaunchError
 
 

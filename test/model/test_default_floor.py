@@ -8,8 +8,16 @@ import pytest
 from armsim_ros import ArmSim
 from armsim_ros.errors import ConfigError
 from armsim_ros.model.cell_loading import load_cell, survey_cell
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
-from armsim_ros.model.shape_points import lowest_height
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    lowest_height,
+    Mesh,
+    Plane,
+    Sphere,
+)
 from armsim_ros.model.transforms import pose_matrix
 
 UP = np.array([0.0, 0.0, 1.0])

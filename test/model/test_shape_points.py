@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Sphere
-from armsim_ros.model.shape_points import is_inside, scaled
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, is_inside, Mesh, scaled, Sphere
 
 TETRAHEDRON = Mesh(0.3 * np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]),
                    np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]))

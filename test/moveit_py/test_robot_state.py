@@ -14,7 +14,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics import inverse
 from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
-from armsim_ros.moveit_py.core import robot_state
+from armsim_ros.moveit_py import robot_state
 from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
 

@@ -10,7 +10,7 @@ import pytest
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.moveit_py import log
+from armsim_ros.moveit_py import utils
 from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState
 from moveit.core.robot_trajectory import RobotTrajectory
@@ -127,8 +127,8 @@ def test_timing_is_optimal_and_keeps_the_limits(path):
 def test_smoothing_keeps_a_jerk_limit(path, monkeypatch):
     """What has no limit gets 1000 rad/s^3; an argument that is not used is logged once."""
     lines = []
-    monkeypatch.setattr(log, 'logger', lambda: SimpleNamespace(warning=lines.append))
-    monkeypatch.setattr(log, '_reported', set())
+    monkeypatch.setattr(utils, 'logger', lambda: SimpleNamespace(warning=lines.append))
+    monkeypatch.setattr(utils, '_reported', set())
     assert path.apply_totg_time_parameterization(1.0, 1.0, resample_dt=0.02)
     for _ in range(2):
         assert path.apply_ruckig_smoothing(

@@ -7,8 +7,7 @@ from contextlib import closing
 import pytest
 from sensor_msgs.msg import JointState
 
-from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.latest_message import JointStates
+from armsim_ros.clients.client_node import ClientNode, JointStates
 from armsim_ros.errors import SimulationError
 from armsim_ros.testing.program import private_domain
 

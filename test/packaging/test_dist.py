@@ -10,9 +10,8 @@ import sys
 import tarfile
 
 import dist
-from environment.failure import SetupError
 from environment.interfaces import InterfaceWheel
-from environment.machine import ask_interpreter, Interpreter
+from environment.machine import ask_interpreter, Interpreter, SetupError
 import pytest
 
 ROOT = Path(__file__).parent.parent.parent

@@ -9,10 +9,10 @@ import sys
 from zipfile import ZipFile
 
 import env
-from environment import command, interfaces, machine
-from environment.failure import pip_failure, SetupError
-from environment.installer import Installer, uv_options
+from environment import interfaces, machine, stages
+from environment.installer import Installer, pip_failure, uv_options
 from environment.interfaces import InterfaceWheel
+from environment.machine import SetupError
 from environment.sources import content_hash, copy_files, requirements
 import pytest
 
@@ -136,7 +136,7 @@ def test_a_place_that_cannot_be_written_is_one_message(tmp_path, capsys, monkeyp
     """A read-only folder shows no traceback."""
     (tmp_path / 'file').touch()
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
-    assert command.run(['--venv', str(tmp_path / 'file' / '.venv')]) == 1
+    assert stages.run(['--venv', str(tmp_path / 'file' / '.venv')]) == 1
     captured = capsys.readouterr()
     assert 'cannot write' in captured.err
     assert captured.err.count('\n') == 1
@@ -146,7 +146,7 @@ def test_a_folder_of_the_user_is_never_overwritten(tmp_path, capsys, monkeypatch
     """A folder that is no environment is not taken for one."""
     (tmp_path / 'notes.txt').touch()
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
-    assert command.run(['--venv', str(tmp_path)]) == 1
+    assert stages.run(['--venv', str(tmp_path)]) == 1
     assert 'holds other files (notes.txt)' in capsys.readouterr().err
     assert (tmp_path / 'notes.txt').exists()
 
@@ -156,7 +156,7 @@ def test_an_environment_of_another_program_is_left_alone(tmp_path, capsys, monke
     (tmp_path / 'pyvenv.cfg').touch()
     (tmp_path / 'lib').mkdir()
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
-    assert command.run(['--venv', str(tmp_path)]) == 1
+    assert stages.run(['--venv', str(tmp_path)]) == 1
     message = capsys.readouterr().err
     assert f'{tmp_path} holds a Python environment made by another program' in message
     assert 'VENV=DIR' in message

@@ -9,7 +9,7 @@ import pytest
 
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.plugin.stacks import built_cell
+from armsim_ros.testing.stacks import built_cell
 from armsim_ros.trajectory import JointTrajectory
 
 JOINTS = tuple(f'joint_{i}' for i in range(1, 7))

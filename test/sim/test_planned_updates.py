@@ -13,7 +13,7 @@ from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.sim.control_loop import ControlLoop
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.plugin.stacks import built_cell
+from armsim_ros.testing.stacks import built_cell
 from armsim_ros.trajectory import JointTrajectory
 
 STATES = 'joint_state_broadcaster/JointStateBroadcaster'

@@ -5,7 +5,7 @@
 import pytest
 
 from armsim_ros.errors import ConfigError
-from armsim_ros.vendors import find_vendor, TABLES
+from armsim_ros.vendors import find_vendor
 
 MODULE = """
 from armsim_ros.vendors import Vendor
@@ -29,11 +29,6 @@ def test_mock_and_simulators_have_no_vendor():
     """HW-A2: Hardware that is mocked or simulated upstream has no vendor."""
     assert find_vendor('', ['mock_components/GenericSystem', 'gz_ros2_control/GazeboSimSystem'
                             ]) is None
-
-
-def test_each_table_has_its_name():
-    """HW-A2: A vendor is known by the name that its table has."""
-    assert [find_vendor(name).name for name in TABLES] == list(TABLES)
 
 
 def test_a_module_of_the_users_own_is_a_vendor(tmp_path, monkeypatch):

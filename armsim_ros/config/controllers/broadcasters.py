@@ -10,24 +10,24 @@ from typing import Any
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, parameter, Settings
+from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings
 
 
 class ExtraJoint(Settings):
     """A joint that no hardware has; it is published with fixed values."""
 
-    name: str = parameter(..., 'name of the joint', read_only=True, min_length=1)
-    position: float = parameter(0.0, 'published position [rad or m]', read_only=True)
-    velocity: float = parameter(0.0, 'published velocity [rad/s or m/s]', read_only=True)
-    effort: float = parameter(0.0, 'published effort [N*m or N]', read_only=True)
+    name: str = fixed(..., 'name of the joint', min_length=1)
+    position: float = fixed(0.0, 'published position [rad or m]')
+    velocity: float = fixed(0.0, 'published velocity [rad/s or m/s]')
+    effort: float = fixed(0.0, 'published effort [N*m or N]')
 
 
 class InterfaceMap(Settings):
     """Which state interface fills which array of the message."""
 
-    position: str = parameter('position', 'state interface to publish as position', read_only=True)
-    velocity: str = parameter('velocity', 'state interface to publish as velocity', read_only=True)
-    effort: str = parameter('effort', 'state interface to publish as effort', read_only=True)
+    position: str = fixed('position', 'state interface to publish as position')
+    velocity: str = fixed('velocity', 'state interface to publish as velocity')
+    effort: str = fixed('effort', 'state interface to publish as effort')
 
 
 class JointStateBroadcasterParameters(ControllerParameters):
@@ -37,33 +37,19 @@ class JointStateBroadcasterParameters(ControllerParameters):
     ``publish_rate`` is ROS 1's; without it the rate is the controller's update rate.
     """
 
-    use_local_topics: bool = parameter(
-        False, "publish under the controller's name", read_only=True
-    )
-    joints: tuple[str, ...] = parameter(
-        (), 'joints to publish; restricts only together with interfaces', read_only=True
-    )
-    interfaces: tuple[str, ...] = parameter(
-        (), 'state interfaces to publish; restricts only together with joints', read_only=True
-    )
-    extra_joints: tuple[ExtraJoint, ...] = parameter(
-        (), 'joints without hardware: names, or blocks of name and values', read_only=True
-    )
-    map_interface_to_joint_state: InterfaceMap = parameter(
-        InterfaceMap(), 'custom interface names', read_only=True
-    )
-    use_urdf_to_filter: bool = parameter(
-        True, 'publish only joints that the URDF has', read_only=True
-    )
-    frame_id: str = parameter('base_link', 'frame in the header', read_only=True)
-    publish_dynamic_joint_states: bool = parameter(
-        True, 'publish dynamic_joint_states too', read_only=True
-    )
-    publish_rate: float = parameter(
-        math.inf,
-        'messages a second of simulated time; inf is each update, 0 is none [Hz]',
-        read_only=True,
-    )
+    use_local_topics: bool = fixed(False, "publish under the controller's name")
+    joints: tuple[str, ...] = fixed(
+        (), 'joints to publish; restricts only together with interfaces')
+    interfaces: tuple[str, ...] = fixed(
+        (), 'state interfaces to publish; restricts only together with joints')
+    extra_joints: tuple[ExtraJoint, ...] = fixed(
+        (), 'joints without hardware: names, or blocks of name and values')
+    map_interface_to_joint_state: InterfaceMap = fixed(InterfaceMap(), 'custom interface names')
+    use_urdf_to_filter: bool = fixed(True, 'publish only joints that the URDF has')
+    frame_id: str = fixed('base_link', 'frame in the header')
+    publish_dynamic_joint_states: bool = fixed(True, 'publish dynamic_joint_states too')
+    publish_rate: float = fixed(
+        math.inf, 'messages a second of simulated time; inf is each update, 0 is none [Hz]')
 
     @field_validator('extra_joints', mode='before')
     @classmethod
@@ -91,10 +77,8 @@ class BroadcasterParameters(ControllerParameters):
     A name that is needed and empty is reported when the controller is configured.
     """
 
-    publish_rate: float = parameter(
-        100.0, 'messages a second, 0 is each update [Hz]', read_only=True, ge=0.0,
-        allow_inf_nan=False,
-    )
+    publish_rate: float = fixed(
+        100.0, 'messages a second, 0 is each update [Hz]', ge=0.0, allow_inf_nan=False)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -110,9 +94,9 @@ class BroadcasterParameters(ControllerParameters):
 class AxisNames(Settings):
     """State interfaces of three axes; '' for an axis that is not measured."""
 
-    x: str = parameter('', 'state interface', read_only=True)
-    y: str = parameter('', 'state interface', read_only=True)
-    z: str = parameter('', 'state interface', read_only=True)
+    x: str = fixed('', 'state interface')
+    y: str = fixed('', 'state interface')
+    z: str = fixed('', 'state interface')
 
     @property
     def all(self) -> tuple[str, str, str]:
@@ -123,8 +107,8 @@ class AxisNames(Settings):
 class WrenchNames(Settings):
     """State interfaces of a wrench."""
 
-    force: AxisNames = parameter(AxisNames(), 'of the force', read_only=True)
-    torque: AxisNames = parameter(AxisNames(), 'of the torque', read_only=True)
+    force: AxisNames = fixed(AxisNames(), 'of the force')
+    torque: AxisNames = fixed(AxisNames(), 'of the torque')
 
 
 class Offsets(Settings):
@@ -160,16 +144,13 @@ class WrenchMultipliers(Settings):
 class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``."""
 
-    sensor_name: str = parameter('', 'sensor with all six interfaces', read_only=True)
-    interface_names: WrenchNames = parameter(
-        WrenchNames(), 'state interfaces, in place of sensor_name', read_only=True
-    )
-    frame_id: str = parameter('', 'frame in the header', read_only=True)
+    sensor_name: str = fixed('', 'sensor with all six interfaces')
+    interface_names: WrenchNames = fixed(
+        WrenchNames(), 'state interfaces, in place of sensor_name')
+    frame_id: str = fixed('', 'frame in the header')
     offset: WrenchOffsets = parameter(WrenchOffsets(), 'added to what is measured')
     multiplier: WrenchMultipliers = parameter(WrenchMultipliers(), 'factors after the offsets')
-    sensor_filter_chain: dict[str, Any] = parameter(
-        {}, 'has no effect: wrench_filtered is wrench', read_only=True
-    )
+    sensor_filter_chain: dict[str, Any] = fixed({}, 'has no effect: wrench_filtered is wrench')
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -196,17 +177,14 @@ class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
 class IMUSensorBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``imu_sensor_broadcaster/IMUSensorBroadcaster``."""
 
-    sensor_name: str = parameter('', 'sensor', read_only=True)
-    frame_id: str = parameter('', 'frame in the header', read_only=True)
-    static_covariance_orientation: tuple[float, ...] = parameter(
-        (0.0,) * 9, 'covariance (9,) [rad^2]', read_only=True, min_length=9, max_length=9
-    )
-    static_covariance_angular_velocity: tuple[float, ...] = parameter(
-        (0.0,) * 9, 'covariance (9,) [rad^2/s^2]', read_only=True, min_length=9, max_length=9
-    )
-    static_covariance_linear_acceleration: tuple[float, ...] = parameter(
-        (0.0,) * 9, 'covariance (9,) [m^2/s^4]', read_only=True, min_length=9, max_length=9
-    )
+    sensor_name: str = fixed('', 'sensor')
+    frame_id: str = fixed('', 'frame in the header')
+    static_covariance_orientation: tuple[float, ...] = fixed(
+        (0.0,) * 9, 'covariance (9,) [rad^2]', min_length=9, max_length=9)
+    static_covariance_angular_velocity: tuple[float, ...] = fixed(
+        (0.0,) * 9, 'covariance (9,) [rad^2/s^2]', min_length=9, max_length=9)
+    static_covariance_linear_acceleration: tuple[float, ...] = fixed(
+        (0.0,) * 9, 'covariance (9,) [m^2/s^4]', min_length=9, max_length=9)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -223,18 +201,16 @@ class IMUSensorBroadcasterParameters(BroadcasterParameters):
 class PoseTransform(Settings):
     """The transform that a pose broadcaster sends."""
 
-    enable: bool = parameter(True, 'send the pose on /tf, too', read_only=True)
-    child_frame_id: str = parameter('', 'its frame; empty is pose_name', read_only=True)
-    publish_rate: float = parameter(
-        0.0, 'transforms a second, 0 is with each pose [Hz]', read_only=True, ge=0.0
-    )
+    enable: bool = fixed(True, 'send the pose on /tf, too')
+    child_frame_id: str = fixed('', 'its frame; empty is pose_name')
+    publish_rate: float = fixed(0.0, 'transforms a second, 0 is with each pose [Hz]', ge=0.0)
 
 
 class PoseBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``pose_broadcaster/PoseBroadcaster``."""
 
-    pose_name: str = parameter('', 'sensor', read_only=True)
-    frame_id: str = parameter('', 'frame in the header', read_only=True)
+    pose_name: str = fixed('', 'sensor')
+    frame_id: str = fixed('', 'frame in the header')
     tf: PoseTransform = parameter(PoseTransform(), 'the transform')
 
     @property
@@ -251,10 +227,8 @@ class PoseBroadcasterParameters(BroadcasterParameters):
 class SpeedScalingStateBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``ur_controllers/SpeedScalingStateBroadcaster``."""
 
-    state_publish_rate: float = parameter(
-        100.0, 'messages a second [Hz]', read_only=True, gt=0.0, allow_inf_nan=False
-    )
-    tf_prefix: str = parameter('', "before the interface's name", read_only=True)
+    state_publish_rate: float = fixed(100.0, 'messages a second [Hz]', gt=0.0, allow_inf_nan=False)
+    tf_prefix: str = fixed('', "before the interface's name")
 
     @property
     def interfaces(self) -> tuple[str, ...]:

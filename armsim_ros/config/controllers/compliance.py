@@ -1,16 +1,16 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the controllers and broadcasters of crisp_controllers, as they declare them."""
+"""Parameters of compliant controllers: of crisp_controllers, and of FZI's cartesian ones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import model_validator
+from pydantic import ConfigDict, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, parameter, Settings
+from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings
 
 _MOST = 5000.0
 
@@ -124,8 +124,7 @@ class StiffnessTopicSettings(Settings):
     """A topic that sets six stiffnesses."""
 
     enabled: bool = parameter(False, 'whether its messages are taken')
-    topic: str = parameter(
-        'target_stiffness', 'its name, from when it is loaded on', min_length=1)
+    topic: str = parameter('target_stiffness', 'its name, from when it is loaded on', min_length=1)
 
 
 class MaxStiffnessSettings(Settings):
@@ -138,11 +137,10 @@ class MaxStiffnessSettings(Settings):
 class _ComplianceParameters(ControllerParameters):
     """What both controllers have."""
 
-    joints: tuple[str, ...] = parameter((), 'controlled joints', read_only=True)
-    end_effector_frame: str = parameter('', 'link that is controlled', read_only=True)
-    base_frame: str = parameter(
-        '', "frame of targets; '' and a frame that the robot lacks are its root link",
-        read_only=True)
+    joints: tuple[str, ...] = fixed((), 'controlled joints')
+    end_effector_frame: str = fixed('', 'link that is controlled')
+    base_frame: str = fixed(
+        '', "frame of targets; '' and a frame that the robot lacks are its root link")
     use_operational_space: bool = parameter(
         False, "whether forces are scaled by the tip's inertia")
     operational_space_regularization: float = parameter(
@@ -239,7 +237,7 @@ class WrenchTopicSettings(Settings):
 
     topic: str = parameter(
         'ft_sensor_wrench', 'name of the topic, from when it is loaded on', min_length=1)
-    frame: str = parameter('', "link of the sensor; '' is end_effector_frame", read_only=True)
+    frame: str = fixed('', "link of the sensor; '' is end_effector_frame")
 
 
 class CartesianAdmittanceControllerParameters(_ComplianceParameters):
@@ -264,11 +262,10 @@ class CartesianAdmittanceControllerParameters(_ComplianceParameters):
 class TipBroadcasterParameters(ControllerParameters):
     """What the broadcasters of the tip have; upstream's messages have these frames."""
 
-    joints: tuple[str, ...] = parameter((), 'joints before the link', read_only=True)
-    end_effector_frame: str = parameter('', 'the link', read_only=True)
-    base_frame: str = parameter('', 'frame of poses', read_only=True)
-    publish_frequency: float = parameter(
-        250.0, 'messages a second, 0 is each update [Hz]', read_only=True, ge=0.0)
+    joints: tuple[str, ...] = fixed((), 'joints before the link')
+    end_effector_frame: str = fixed('', 'the link')
+    base_frame: str = fixed('', 'frame of poses')
+    publish_frequency: float = fixed(250.0, 'messages a second, 0 is each update [Hz]', ge=0.0)
 
 
 class CrispPoseBroadcasterParameters(TipBroadcasterParameters):
@@ -277,3 +274,105 @@ class CrispPoseBroadcasterParameters(TipBroadcasterParameters):
 
 class CrispTwistBroadcasterParameters(TipBroadcasterParameters):
     """Parameters of ``crisp_controllers/TwistBroadcaster``."""
+
+
+class SolverSettings(Settings):
+    """From a net force to the joints."""
+
+    error_scale: float = parameter(1.0, 'factor of the net force')
+    iterations: int = parameter(1, 'steps of 0.02 s of the internal model in an update', ge=1,
+                                le=1000)
+    publish_state_feedback: bool = parameter(False, 'publish current_pose and current_twist')
+
+
+class AxisGains(Settings):
+    """Gains of an axis of the base link."""
+
+    p: float = parameter(0.0, 'proportional gain')
+    d: float = parameter(0.0, 'derivative gain')
+
+
+class PdSettings(Settings):
+    """Gains of the axes of the base link."""
+
+    trans_x: AxisGains = parameter(AxisGains(), 'along x')
+    trans_y: AxisGains = parameter(AxisGains(), 'along y')
+    trans_z: AxisGains = parameter(AxisGains(), 'along z')
+    rot_x: AxisGains = parameter(AxisGains(), 'about x')
+    rot_y: AxisGains = parameter(AxisGains(), 'about y')
+    rot_z: AxisGains = parameter(AxisGains(), 'about z')
+
+
+class StiffnessSettings(Settings):
+    """Springs along the axes of compliance_ref_link."""
+
+    trans_x: float = parameter(500.0, '[N/m]')
+    trans_y: float = parameter(500.0, '[N/m]')
+    trans_z: float = parameter(500.0, '[N/m]')
+    rot_x: float = parameter(50.0, '[N*m/rad]')
+    rot_y: float = parameter(50.0, '[N*m/rad]')
+    rot_z: float = parameter(50.0, '[N*m/rad]')
+
+
+class NetForceParameters(ControllerParameters):
+    """Common parameters; what is needed and empty is reported when it is configured."""
+
+    # Two names have slashes.
+    model_config = ConfigDict(populate_by_name=True)
+
+    robot_base_link: str = fixed('', 'link before the joints')
+    end_effector_link: str = fixed('', 'link that is controlled')
+    joints: tuple[str, ...] = fixed((), 'controlled joints')
+    command_interfaces: tuple[Literal['position', 'velocity'], ...] = fixed(
+        (), 'interfaces to claim')
+    ik_solver: Literal[
+        'forward_dynamics', 'jacobian_transpose', 'damped_least_squares',
+        'selectively_damped_least_squares'] = fixed(
+            'forward_dynamics', 'how a net force moves the joints')
+    solver: SolverSettings = parameter(SolverSettings(), 'from a net force to the joints')
+    link_mass: float = parameter(0.1, 'mass of the links of the internal model [kg]', gt=0.0,
+                                 alias='solver/forward_dynamics/link_mass')
+    alpha: float = parameter(1.0, 'damping of the least squares', ge=0.0,
+                             alias='solver/damped_least_squares/alpha')
+    pd_gains: PdSettings = parameter(PdSettings(), 'gains of the net force')
+    robot_description: str = fixed('', 'has no effect: the URDF file is read')
+
+    @property
+    def needed(self) -> dict[str, object]:
+        """What has to be given -> its value."""
+        return {name: getattr(self, name) for name in (
+            'robot_base_link', 'end_effector_link', 'joints', 'command_interfaces')}
+
+    @property
+    def links(self) -> dict[str, str]:
+        """Parameters that name links of the chain -> the link."""
+        return {}
+
+
+class CartesianMotionControllerParameters(NetForceParameters):
+    """Parameters of ``cartesian_motion_controller/CartesianMotionController``."""
+
+
+class CartesianForceControllerParameters(NetForceParameters):
+    """Parameters of ``cartesian_force_controller/CartesianForceController``."""
+
+    ft_sensor_ref_link: str = fixed('', 'link of the sensor')
+    hand_frame_control: bool = parameter(
+        True, "whether target_wrench is in the axes of end_effector_link, not in the base link's")
+
+    @property
+    def links(self) -> dict[str, str]:
+        """Parameters that name links of the chain -> the link."""
+        return {'ft_sensor_ref_link': self.ft_sensor_ref_link}
+
+
+class CartesianComplianceControllerParameters(CartesianForceControllerParameters):
+    """Parameters of ``cartesian_compliance_controller/CartesianComplianceController``."""
+
+    compliance_ref_link: str = fixed('', 'link in whose axes it yields')
+    stiffness: StiffnessSettings = parameter(StiffnessSettings(), 'springs to the target')
+
+    @property
+    def links(self) -> dict[str, str]:
+        """Parameters that name links of the chain -> the link."""
+        return {**super().links, 'compliance_ref_link': self.compliance_ref_link}

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
-from armsim_ros.config.base import KeyedSettings, parameter, Settings, unique_names
+from armsim_ros.config.base import fixed, KeyedSettings, parameter, Settings, unique_names
 
 
 class ControllerEntry(Settings):
@@ -17,11 +17,9 @@ class ControllerEntry(Settings):
     type: str = parameter(..., 'class of the controller', min_length=1)
     params_file: tuple[str, ...] = parameter((), "files with the controller's parameters")
     fallback_controllers: tuple[str, ...] = parameter(
-        (), 'controllers to activate when this controller fails'
-    )
+        (), 'controllers to activate when this controller fails')
     node_options_args: tuple[str, ...] = parameter(
-        (), "ROS arguments of the controller's node: remappings and parameters"
-    )
+        (), "ROS arguments of the controller's node: remappings and parameters")
 
     @field_validator('params_file', mode='before')
     @classmethod
@@ -32,11 +30,10 @@ class ControllerEntry(Settings):
 class InitialHardwareState(Settings):
     """In which state hardware components start; the others become active."""
 
-    unconfigured: tuple[str, ...] = parameter((), 'components left unconfigured', read_only=True)
-    inactive: tuple[str, ...] = parameter((), 'components left inactive', read_only=True)
-    shutdown_on_initial_state_failure: bool = parameter(
-        True, 'has no effect: simulated hardware reaches every state', read_only=True
-    )
+    unconfigured: tuple[str, ...] = fixed((), 'components left unconfigured')
+    inactive: tuple[str, ...] = fixed((), 'components left inactive')
+    shutdown_on_initial_state_failure: bool = fixed(
+        True, 'has no effect: simulated hardware reaches every state')
 
     _unique = field_validator('unconfigured', 'inactive')(unique_names)
 
@@ -44,33 +41,27 @@ class InitialHardwareState(Settings):
 class SwitchDefaults(Settings):
     """What a switch request means that leaves its strictness open."""
 
-    strictness: Literal['best_effort', 'strict'] = parameter(
-        'best_effort', 'strictness of a request that names none', read_only=True
-    )
+    strictness: Literal['best_effort', 'strict'] = fixed(
+        'best_effort', 'strictness of a request that names none')
 
 
 class ManagerDefaults(Settings):
     """Defaults of requests."""
 
     switch_controller: SwitchDefaults = parameter(SwitchDefaults(), 'switch requests')
-    allow_controller_activation_with_inactive_hardware: bool = parameter(
-        False, 'whether controllers of inactive hardware can be activated', read_only=True
-    )
-    deactivate_controllers_on_hardware_self_deactivate: bool = parameter(
-        True, 'has no effect: simulated hardware does not deactivate itself', read_only=True
-    )
+    allow_controller_activation_with_inactive_hardware: bool = fixed(
+        False, 'whether controllers of inactive hardware can be activated')
+    deactivate_controllers_on_hardware_self_deactivate: bool = fixed(
+        True, 'has no effect: simulated hardware does not deactivate itself')
 
 
 class Overruns(Settings):
     """What is done where the loop cannot keep its rate."""
 
-    manage: bool = parameter(
-        True, 'whether time beyond catch_up is given up; else all of it is made up later',
-        read_only=True
-    )
+    manage: bool = fixed(
+        True, 'whether time beyond catch_up is given up; else all of it is made up later')
     print_warnings: bool | None = parameter(
-        None, 'whether time that was given up is a warning; by default without use_sim_time'
-    )
+        None, 'whether time that was given up is a warning; by default without use_sim_time')
 
 
 class Bounds(Settings):
@@ -126,15 +117,10 @@ class ControllerManagerParameters(KeyedSettings):
     is_no = "parameter of the manager, and no controller's block with a type"
     __pydantic_extra__: dict[str, ControllerEntry] = Field(init=False)
 
-    update_rate: int = parameter(
-        100, 'updates of the controllers a second [Hz]', read_only=True, ge=1
-    )
-    enforce_command_limits: bool = parameter(
-        False, "keep commands within the URDF's limits", read_only=True
-    )
-    hardware_components_initial_state: InitialHardwareState = parameter(
-        InitialHardwareState(), 'hardware that does not start active', read_only=True
-    )
+    update_rate: int = fixed(100, 'updates of the controllers a second [Hz]', ge=1)
+    enforce_command_limits: bool = fixed(False, "keep commands within the URDF's limits")
+    hardware_components_initial_state: InitialHardwareState = fixed(
+        InitialHardwareState(), 'hardware that does not start active')
     defaults: ManagerDefaults = parameter(ManagerDefaults(), 'defaults of requests')
     overruns: Overruns = parameter(Overruns(), 'what is done where the loop is late')
     diagnostics: DiagnosticsParameters = parameter(DiagnosticsParameters(), 'diagnostics')

@@ -9,8 +9,13 @@ from dataclasses import dataclass, field
 import re
 from typing import Any
 
-from armsim_ros.config.base import parameter, Settings, StandInParameters
-from armsim_ros.config.controllers.admittance_controller import AdmittanceControllerParameters
+from armsim_ros.config.base import (
+    known_keys,
+    parameter,
+    read_settings,
+    Settings,
+    StandInParameters,
+)
 from armsim_ros.config.controllers.broadcasters import (
     ForceTorqueSensorBroadcasterParameters,
     IMUSensorBroadcasterParameters,
@@ -18,12 +23,8 @@ from armsim_ros.config.controllers.broadcasters import (
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
 )
-from armsim_ros.config.controllers.cartesian_controllers import (
-    CartesianComplianceControllerParameters,
-    CartesianForceControllerParameters,
-    CartesianMotionControllerParameters,
-)
 from armsim_ros.config.controllers.command_controllers import (
+    AdmittanceControllerParameters,
     ForwardCommandControllerParameters,
     GpioCommandControllerParameters,
     JointEffortControllerParameters,
@@ -36,7 +37,10 @@ from armsim_ros.config.controllers.command_controllers import (
 )
 from armsim_ros.config.controllers.compliance import (
     CartesianAdmittanceControllerParameters,
+    CartesianComplianceControllerParameters,
     CartesianControllerParameters,
+    CartesianForceControllerParameters,
+    CartesianMotionControllerParameters,
     CrispPoseBroadcasterParameters,
     CrispTwistBroadcasterParameters,
 )
@@ -50,8 +54,7 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     ScaledJointTrajectoryControllerParameters,
 )
 from armsim_ros.config.controllers.pid_controller import PidControllerParameters
-from armsim_ros.config.validation import known_keys, read_settings
-from armsim_ros.config.yaml.node import node_of, split_keys, YamlNode
+from armsim_ros.config.yaml_node import node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'

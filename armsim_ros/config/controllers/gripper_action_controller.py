@@ -9,25 +9,22 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from armsim_ros.config.base import ControllerParameters, parameter
+from armsim_ros.config.base import ControllerParameters, fixed, parameter
 from armsim_ros.config.controllers.pid_controller import PidGains
 
 
 class GripperParameters(ControllerParameters):
     """What both kinds share."""
 
-    joint: str = parameter(..., 'the joint that moves the fingers', read_only=True, min_length=1)
+    joint: str = fixed(..., 'the joint that moves the fingers', min_length=1)
     goal_tolerance: float = parameter(
-        0.01, 'the goal is reached inside this distance [rad or m]', ge=0.0
-    )
+        0.01, 'the goal is reached inside this distance [rad or m]', ge=0.0)
     allow_stalling: bool = parameter(False, 'a stalled gripper has succeeded')
     stall_velocity_threshold: float = parameter(
-        0.001, 'slower than this is stalled, below 0 nothing is [rad/s or m/s]'
-    )
+        0.001, 'slower than this is stalled, below 0 nothing is [rad/s or m/s]')
     stall_timeout: float = parameter(1.0, 'slow for longer than this is stalled [s]')
-    action_monitor_rate: float = parameter(
-        20.0, 'checks a second for a result [Hz]', read_only=True, ge=0.1, allow_inf_nan=False
-    )
+    action_monitor_rate: float = fixed(
+        20.0, 'checks a second for a result [Hz]', ge=0.1, allow_inf_nan=False)
 
 
 class GripperActionControllerParameters(GripperParameters):
@@ -57,17 +54,13 @@ class GripperActionControllerParameters(GripperParameters):
 class ParallelGripperActionControllerParameters(GripperParameters):
     """Parameters of ``parallel_gripper_action_controller/GripperActionController``."""
 
-    state_interfaces: tuple[Literal['position', 'velocity'], ...] = parameter(
-        ('position', 'velocity'), 'interfaces to read', read_only=True
-    )
+    state_interfaces: tuple[Literal['position', 'velocity'], ...] = fixed(
+        ('position', 'velocity'), 'interfaces to read')
     stall_timeout: float = parameter(1.0, 'slow for longer than this is stalled [s]', ge=0.0)
-    max_effort_interface: str = parameter(
-        '', "command interface for a goal's effort, as joint/interface", read_only=True
-    )
+    max_effort_interface: str = fixed(
+        '', "command interface for a goal's effort, as joint/interface")
     max_effort: float = parameter(10.0, 'effort of a goal that names none [N*m or N]', ge=0.0)
-    max_velocity_interface: str = parameter(
-        '', "command interface for a goal's velocity, as joint/interface", read_only=True
-    )
+    max_velocity_interface: str = fixed(
+        '', "command interface for a goal's velocity, as joint/interface")
     max_velocity: float = parameter(
-        0.1, 'velocity of a goal that names none [rad/s or m/s]', ge=0.0
-    )
+        0.1, 'velocity of a goal that names none [rad/s or m/s]', ge=0.0)

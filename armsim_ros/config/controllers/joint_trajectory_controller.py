@@ -12,6 +12,7 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import (
     ControllerParameters,
+    fixed,
     KeyedSettings,
     parameter,
     Settings,
@@ -39,9 +40,8 @@ class JointConstraints(Settings):
 
     trajectory: float = parameter(0.0, 'position tolerance on the way [rad or m]')
     goal: float = parameter(0.0, 'position tolerance at the goal [rad or m]')
-    max_deceleration_on_cancel: float = parameter(
-        0.0, 'deceleration of a stop [rad/s^2 or m/s^2]', read_only=True, ge=0.0
-    )
+    max_deceleration_on_cancel: float = fixed(
+        0.0, 'deceleration of a stop [rad/s^2 or m/s^2]', ge=0.0)
 
 
 class TrajectoryConstraints(KeyedSettings):
@@ -51,14 +51,11 @@ class TrajectoryConstraints(KeyedSettings):
     __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
 
     stopped_velocity_tolerance: float = parameter(
-        0.01, 'velocity tolerance at the goal, 0 or less is unchecked [rad/s or m/s]'
-    )
+        0.01, 'velocity tolerance at the goal, 0 or less is unchecked [rad/s or m/s]')
     goal_time: float = parameter(
-        0.0, 'time after the last waypoint to reach the goal, 0 is no bound [s]', ge=0.0
-    )
-    decelerate_on_cancel: bool = parameter(
-        False, 'stop with max_deceleration_on_cancel instead of at once', read_only=True
-    )
+        0.0, 'time after the last waypoint to reach the goal, 0 is no bound [s]', ge=0.0)
+    decelerate_on_cancel: bool = fixed(
+        False, 'stop with max_deceleration_on_cancel instead of at once')
 
     @property
     def joints(self) -> dict[str, JointConstraints]:
@@ -69,11 +66,9 @@ class TrajectoryConstraints(KeyedSettings):
 class SpeedScaling(Settings):
     """How the pace of a trajectory is changed from outside."""
 
-    initial_scaling_factor: float = parameter(
-        1.0, 'pace at the start, 1 is as planned', read_only=True, ge=0.0
-    )
-    state_interface: str = parameter('', 'interface to read the pace from', read_only=True)
-    command_interface: str = parameter('', 'interface to pass the pace on to', read_only=True)
+    initial_scaling_factor: float = fixed(1.0, 'pace at the start, 1 is as planned', ge=0.0)
+    state_interface: str = fixed('', 'interface to read the pace from')
+    command_interface: str = fixed('', 'interface to pass the pace on to')
 
 
 class JointTrajectoryControllerParameters(ControllerParameters):
@@ -86,85 +81,53 @@ class JointTrajectoryControllerParameters(ControllerParameters):
     ``compat``, ``refused_goals`` and ``reject_beyond_limits`` are ours or ROS 1's.
     """
 
-    joints: tuple[str, ...] = parameter(
-        ..., 'controlled joints, in the order of all arrays', read_only=True, min_length=1
-    )
-    command_joints: tuple[str, ...] = parameter(
-        (), 'joints that are commanded; empty is all', read_only=True
-    )
-    command_interfaces: tuple[CommandInterface, ...] = parameter(
-        ('position',), 'interfaces to claim of each joint', read_only=True, min_length=1
-    )
-    state_interfaces: tuple[StateInterface, ...] = parameter(
-        ('position', 'velocity'), 'interfaces to read of each joint', read_only=True, min_length=1
-    )
+    joints: tuple[str, ...] = fixed(
+        ..., 'controlled joints, in the order of all arrays', min_length=1)
+    command_joints: tuple[str, ...] = fixed((), 'joints that are commanded; empty is all')
+    command_interfaces: tuple[CommandInterface, ...] = fixed(
+        ('position',), 'interfaces to claim of each joint', min_length=1)
+    state_interfaces: tuple[StateInterface, ...] = fixed(
+        ('position', 'velocity'), 'interfaces to read of each joint', min_length=1)
     allow_partial_joints_goal: bool = parameter(
-        False, 'accept trajectories that name only some of the joints'
-    )
+        False, 'accept trajectories that name only some of the joints')
     allow_integration_in_goal_trajectories: bool = parameter(
-        False, 'accept points that give only velocities or accelerations'
-    )
+        False, 'accept points that give only velocities or accelerations')
     allow_nonzero_velocity_at_trajectory_end: bool = parameter(
-        False, 'accept a last point with a velocity'
-    )
-    interpolate_from_desired_state: bool = parameter(
-        True,
-        'start a new trajectory from the reference, not from the measured state',
-        read_only=True,
-    )
-    open_loop_control: bool = parameter(
-        False, 'deprecated: like interpolate_from_desired_state, and without PID', read_only=True
-    )
+        False, 'accept a last point with a velocity')
+    interpolate_from_desired_state: bool = fixed(
+        True, 'start a new trajectory from the reference, not from the measured state')
+    open_loop_control: bool = fixed(
+        False, 'deprecated: like interpolate_from_desired_state, and without PID')
     set_last_command_interface_value_as_state_on_activation: bool = parameter(
-        True, 'hold the last command at activation, if there is a command'
-    )
-    action_monitor_rate: float = parameter(
-        20.0, 'feedback messages a second [Hz]', read_only=True, ge=0.1, allow_inf_nan=False
-    )
-    state_publish_rate: float = parameter(
-        100.0,
-        'controller_state messages a second, 0 is each update [Hz]',
-        read_only=True,
-        ge=0.0,
-        allow_inf_nan=False,
-    )
-    interpolation_method: Literal['splines', 'none'] = parameter(
-        'splines', 'splines between waypoints, or their bare values', read_only=True
-    )
+        True, 'hold the last command at activation, if there is a command')
+    action_monitor_rate: float = fixed(
+        20.0, 'feedback messages a second [Hz]', ge=0.1, allow_inf_nan=False)
+    state_publish_rate: float = fixed(
+        100.0, 'controller_state messages a second, 0 is each update [Hz]', ge=0.0,
+        allow_inf_nan=False)
+    interpolation_method: Literal['splines', 'none'] = fixed(
+        'splines', 'splines between waypoints, or their bare values')
     cmd_timeout: float = parameter(
-        0.0, 'hold when the last waypoint is this old, 0 or less is never [s]'
-    )
-    stop_trajectory_duration: float = parameter(
-        0.0,
-        'duration of the ramp on cancel, 0 is none [s]',
-        read_only=True,
-        ge=0.0,
-        allow_inf_nan=False,
-    )
-    compat: Literal['jazzy', 'ros1'] = parameter(
+        0.0, 'hold when the last waypoint is this old, 0 or less is never [s]')
+    stop_trajectory_duration: float = fixed(
+        0.0, 'duration of the ramp on cancel, 0 is none [s]', ge=0.0, allow_inf_nan=False)
+    compat: Literal['jazzy', 'ros1'] = fixed(
         'jazzy',
         'ros1: a topic message cancels a running goal, a preempted goal is canceled, an empty '
-        'message stops, goal_time 0 leaves no grace',
-        read_only=True,
-    )
+        'message stops, goal_time 0 leaves no grace')
     refused_goals: Literal['reject', 'abort'] = parameter(
-        'reject', 'abort: accept a bad goal and end it at once, so that its result has the reason'
-    )
+        'reject', 'abort: accept a bad goal and end it at once, so that its result has the reason')
     reject_beyond_limits: bool = parameter(
         False,
         "refuse trajectories beyond the URDF's position and velocity limits, or with a first "
-        'point out of reach, instead of a warning',
-    )
+        'point out of reach, instead of a warning')
     speed_scaling: SpeedScaling = parameter(SpeedScaling(), 'pace of trajectories')
     constraints: TrajectoryConstraints = parameter(TrajectoryConstraints(), 'tolerances')
     gains: dict[str, PidGains] = parameter({}, 'joint -> gains, for velocity or effort commands')
-    velocity_ff: dict[str, float] = parameter(
-        {}, 'ROS 1: joint -> gains.<joint>.ff_velocity_scale', read_only=True
-    )
-    hold_trajectory_duration: float = parameter(
-        0.5, 'ROS 1: has no effect, holding starts at once [s]', read_only=True, ge=0.0
-    )
-    verbose: bool = parameter(False, 'ROS 1: has no effect', read_only=True)
+    velocity_ff: dict[str, float] = fixed({}, 'ROS 1: joint -> gains.<joint>.ff_velocity_scale')
+    hold_trajectory_duration: float = fixed(
+        0.5, 'ROS 1: has no effect, holding starts at once [s]', ge=0.0)
+    verbose: bool = fixed(False, 'ROS 1: has no effect')
 
     @model_validator(mode='before')
     @classmethod
@@ -199,8 +162,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
             legal = '; '.join(', '.join(names) for names in LEGAL_COMMAND_SETS)
             raise ValueError(
                 f'command_interfaces {", ".join(self.command_interfaces)} do not go together; '
-                f'allowed: {legal}'
-            )
+                f'allowed: {legal}')
         states = self.state_interfaces
         for level, needed in (('velocity', 'position'), ('acceleration', 'velocity')):
             if level in states and needed not in states:
@@ -216,8 +178,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
                     hint = nearest(name, self.joints)
                     raise ValueError(
                         f"{key}: '{name}' is not among the controller's joints "
-                        f'({", ".join(self.joints)}){"; " if hint else ""}{hint}'
-                    )
+                        f'({", ".join(self.joints)}){"; " if hint else ""}{hint}')
         return self
 
     @property
@@ -257,9 +218,8 @@ class JointTrajectoryControllerParameters(ControllerParameters):
 class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParameters):
     """Parameters of ``ur_controllers/ScaledJointTrajectoryController``."""
 
-    speed_scaling_interface_name: str = parameter(
-        SPEED_SCALING, "state interface to read the pace from; '' is none", read_only=True
-    )
+    speed_scaling_interface_name: str = fixed(
+        SPEED_SCALING, "state interface to read the pace from; '' is none")
 
     @property
     def speed_source(self) -> str:
@@ -270,4 +230,4 @@ class ScaledJointTrajectoryControllerParameters(JointTrajectoryControllerParamet
 class PassthroughTrajectoryControllerParameters(ScaledJointTrajectoryControllerParameters):
     """Parameters of ``ur_controllers/PassthroughTrajectoryController``."""
 
-    tf_prefix: str = parameter('', 'prefix that the other names have already', read_only=True)
+    tf_prefix: str = fixed('', 'prefix that the other names have already')

@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, parameter, Settings, unique_names
+from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings, unique_names
 
 
 class PidGains(Settings):
@@ -20,34 +20,27 @@ class PidGains(Settings):
     i: float = parameter(0.0, 'integral gain', allow_inf_nan=False)
     d: float = parameter(0.0, 'derivative gain', allow_inf_nan=False)
     i_clamp: float = parameter(
-        math.inf, 'deprecated: bound of the integral part, both ways; 0 switches it off', ge=0.0
-    )
+        math.inf, 'deprecated: bound of the integral part, both ways; 0 switches it off', ge=0.0)
     i_clamp_max: float = parameter(math.inf, 'upper bound of the integral part', ge=0.0)
     i_clamp_min: float = parameter(-math.inf, 'lower bound of the integral part', le=0.0)
     ff_velocity_scale: float = parameter(
-        0.0, 'share of the desired velocity in the command', allow_inf_nan=False
-    )
+        0.0, 'share of the desired velocity in the command', allow_inf_nan=False)
     u_clamp_max: float = parameter(math.inf, 'upper bound of the output')
     u_clamp_min: float = parameter(-math.inf, 'lower bound of the output')
     antiwindup_strategy: Literal[
         'legacy', 'none', 'back_calculation', 'conditional_integration'
-    ] = parameter('legacy', 'what keeps the integral part from winding up', read_only=True)
+    ] = fixed('legacy', 'what keeps the integral part from winding up')
     tracking_time_constant: float = parameter(
-        0.0, 'of back_calculation, 0 takes it from the gains [s]', ge=0.0
-    )
+        0.0, 'of back_calculation, 0 takes it from the gains [s]', ge=0.0)
     error_deadband: float = parameter(0.0, 'errors below do not integrate [rad or m]', ge=0.0)
-    antiwindup: bool = parameter(
-        False,
-        'ROS 1: clamp the integrated error instead of its part in the output',
-        read_only=True,
-    )
+    antiwindup: bool = fixed(
+        False, 'ROS 1: clamp the integrated error instead of its part in the output')
 
     @model_validator(mode='after')
     def _ordered(self) -> Self:
         if self.u_clamp_min > self.u_clamp_max:
             raise ValueError(
-                f'u_clamp_min {self.u_clamp_min:g} is above u_clamp_max {self.u_clamp_max:g}'
-            )
+                f'u_clamp_min {self.u_clamp_min:g} is above u_clamp_max {self.u_clamp_max:g}')
         return self
 
     @property
@@ -62,8 +55,7 @@ class DofGains(PidGains):
     """Gains of a degree of freedom."""
 
     feedforward_gain: float = parameter(
-        0.0, 'share of the reference, or of its derivative, in the command', allow_inf_nan=False
-    )
+        0.0, 'share of the reference, or of its derivative, in the command', allow_inf_nan=False)
     angle_wraparound: bool = parameter(False, 'take the shorter way round')
     save_i_term: bool = parameter(True, 'keep the integral part through a deactivation')
 
@@ -75,23 +67,18 @@ class PidControllerParameters(ControllerParameters):
     What is needed and empty is reported when the controller is configured.
     """
 
-    dof_names: tuple[str, ...] = parameter(
-        (), 'what is commanded: joints, or joints of a following controller', read_only=True
-    )
-    reference_and_state_dof_names: tuple[str, ...] = parameter(
-        (), 'what is measured and has references; empty is dof_names', read_only=True
-    )
-    command_interface: str = parameter('', 'interface that is commanded', read_only=True)
-    reference_and_state_interfaces: tuple[str, ...] = parameter(
-        (), 'what is controlled, and its derivative', read_only=True, max_length=2
-    )
-    use_external_measured_states: bool = parameter(
-        False, 'take the states from ~/measured_state instead of state interfaces', read_only=True
-    )
+    dof_names: tuple[str, ...] = fixed(
+        (), 'what is commanded: joints, or joints of a following controller')
+    reference_and_state_dof_names: tuple[str, ...] = fixed(
+        (), 'what is measured and has references; empty is dof_names')
+    command_interface: str = fixed('', 'interface that is commanded')
+    reference_and_state_interfaces: tuple[str, ...] = fixed(
+        (), 'what is controlled, and its derivative', max_length=2)
+    use_external_measured_states: bool = fixed(
+        False, 'take the states from ~/measured_state instead of state interfaces')
     enable_feedforward: bool = parameter(False, 'add feedforward_gain times the reference')
     set_current_state_as_first_setpoint: bool = parameter(
-        True, 'hold what is measured until a reference comes'
-    )
+        True, 'hold what is measured until a reference comes')
     gains: dict[str, DofGains] = parameter({}, 'degree of freedom -> its gains')
 
     @field_validator('dof_names', 'reference_and_state_dof_names',

@@ -152,8 +152,7 @@ class PlanningParameters(Settings):
     scene_from_world: Literal['live', 'fixed', 'false'] = parameter(
         'live', 'what of the simulated world the planning scene has: live: all, where it is; '
         'fixed (or true): what never moves, from the files; false: nothing')
-    octomap: bool = parameter(
-        False, 'build an octomap from the cameras of simulation.yaml')
+    octomap: bool = parameter(False, 'build an octomap from the cameras of simulation.yaml')
     geometry_folder: str = parameter(
         '', 'save_geometry_to_file writes below this folder only; none: scenes in $ROS_HOME')
     joint_state_topics: tuple[str, ...] = parameter(

@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.validation import read_settings
-from armsim_ros.config.yaml.node import YamlNode
-from armsim_ros.config.yaml.node_parameters import is_ros2_file, parameters_of_node
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.base import parameter, read_settings, Settings
+from armsim_ros.config.yaml_node import is_ros2_file, parameters_of_node, YamlNode
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, nearest, Problem, Severity
 
 FILE = 'sensors_3d.yaml'
@@ -78,10 +76,8 @@ class OctomapSettings(Settings):
     :param sensors: name -> sensor; without any no map is built.
     """
 
-    octomap_resolution: float = parameter(
-        USUAL_RESOLUTION, 'edge of a cell [m]', ge=1e-3, le=10.0)
-    octomap_frame: str = parameter(
-        '', 'frame of the map; none: that of the first message')
+    octomap_resolution: float = parameter(USUAL_RESOLUTION, 'edge of a cell [m]', ge=1e-3, le=10.0)
+    octomap_frame: str = parameter('', 'frame of the map; none: that of the first message')
     sensors: dict[str, Sensor] = parameter({}, 'name -> sensor')
 
 
@@ -148,8 +144,7 @@ def read_sensors(root: YamlNode, problems: list[Problem]) -> OctomapSettings:
 
 
 def _sensor(
-    name: str, block: YamlNode | None, item: YamlNode, problems: list[Problem]
-) -> Sensor | None:
+    name: str, block: YamlNode | None, item: YamlNode, problems: list[Problem]) -> Sensor | None:
     if block is None or not block.is_mapping:
         problems.append(Problem(
             f"sensor '{name}' has no block", item.place, remedy=f"add '{name}:' with its keys",

@@ -30,15 +30,13 @@ class TrajectoryExecutionSettings(Settings):
         True, 'cancel a trajectory that takes longer than expected')
     allowed_execution_duration_scaling: float = parameter(
         1.1, 'a trajectory may take so many times its duration', gt=0.0)
-    allowed_goal_duration_margin: float = parameter(
-        0.5, 'and so much longer [s]', ge=0.0)
+    allowed_goal_duration_margin: float = parameter(0.5, 'and so much longer [s]', ge=0.0)
     allowed_start_tolerance: float = parameter(
         0.01, 'largest distance of a joint from the first point, 0 is unchecked [rad or m]',
         ge=0.0)
     allowed_start_tolerance_joints: dict[str, float] = parameter(
         {}, 'joint -> its own start tolerance [rad or m]')
-    wait_for_trajectory_completion: bool = parameter(
-        True, 'wait until the robot has come to rest')
+    wait_for_trajectory_completion: bool = parameter(True, 'wait until the robot has come to rest')
     execution_velocity_scaling: float = parameter(
         1.0, 'factor of the velocities that are sent', gt=0.0)
     control_multi_dof_joint_variables: bool = parameter(

@@ -16,7 +16,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.admittance_controller import (
+from armsim_ros.config.controllers.command_controllers import (
     AdmittanceControllerParameters,
     AdmittanceSettings,
 )

@@ -16,7 +16,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.base import Settings
-from armsim_ros.config.controllers.cartesian_controllers import (
+from armsim_ros.config.controllers.compliance import (
     CartesianComplianceControllerParameters,
     CartesianForceControllerParameters,
     CartesianMotionControllerParameters,

@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
-from armsim_ros.config.controllers.cartesian_controllers import NetForceParameters
 from armsim_ros.config.controllers.compliance import (
     CartesianAdmittanceControllerParameters,
     CartesianControllerParameters,
     MaxStiffnessSettings,
+    NetForceParameters,
     TaskSettings,
 )
 from armsim_ros.control.arm_dynamics import ArmDynamics

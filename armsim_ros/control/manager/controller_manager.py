@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.config.hardware import HardwareSettings
+from armsim_ros.config.simulation import HardwareSettings
 from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
-from armsim_ros.config.hardware import HardwareSettings
+from armsim_ros.config.simulation import HardwareSettings
 from armsim_ros.control.controller import NEVER_NS
 from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.vendors import Vendor

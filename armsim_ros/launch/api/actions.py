@@ -20,13 +20,16 @@ from armsim_ros.launch.api.configuration import (
     PushLaunchConfigurations,
     SetLaunchConfiguration,
 )
-from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
-from armsim_ros.launch.api.utilities import (
+from armsim_ros.launch.api.context import (
+    Action,
     entities_of_result,
+    LaunchContext,
+    LaunchDescriptionEntity,
     normalize_to_list_of_entities,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     perform_text,
+    SomeText,
 )
 from armsim_ros.launch.failures import LaunchError
 

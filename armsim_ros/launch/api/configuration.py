@@ -10,19 +10,16 @@ from typing import Any
 
 from armsim_ros.launch.api.context import (
     Action,
+    describe_text,
     LaunchContext,
     LaunchDescriptionEntity,
-    Placed,
-    SomeText,
-)
-from armsim_ros.launch.api.utilities import (
-    describe_text,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     perform_text,
+    SomeText,
     to_bool,
 )
-from armsim_ros.launch.failures import LaunchError, MissingArgumentsError
+from armsim_ros.launch.failures import LaunchError, MissingArgumentsError, Placed
 
 
 class DeclareLaunchArgument(Action):

@@ -16,19 +16,16 @@ from armsim_ros.launch.api.configuration import (
 )
 from armsim_ros.launch.api.context import (
     Action,
+    describe_text,
     LaunchContext,
     LaunchDescriptionEntity,
-    Placed,
-    SomeText,
-)
-from armsim_ros.launch.api.utilities import (
-    describe_text,
     normalize_to_list_of_entities,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     perform_text,
+    SomeText,
 )
-from armsim_ros.launch.failures import LaunchError, MissingArgumentsError, StoppedError
+from armsim_ros.launch.failures import LaunchError, MissingArgumentsError, Placed, StoppedError
 from armsim_ros.launch.lookup import check_not_missing, stand_in_of
 
 

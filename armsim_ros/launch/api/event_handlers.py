@@ -8,8 +8,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from armsim_ros.launch.api import events
-from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
-from armsim_ros.launch.api.utilities import normalize_to_list_of_entities, perform_text
+from armsim_ros.launch.api.context import (
+    Action,
+    LaunchContext,
+    LaunchDescriptionEntity,
+    normalize_to_list_of_entities,
+    perform_text,
+    SomeText,
+)
 from armsim_ros.launch.failures import LaunchError
 
 

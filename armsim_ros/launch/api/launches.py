@@ -10,7 +10,7 @@ from typing import Any
 
 from armsim_ros.install_rules.xacro_run import XacroCommand
 from armsim_ros.launch.api.configuration import DeclareLaunchArgument, IfCondition, UnlessCondition
-from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
+from armsim_ros.launch.api.context import LaunchContext, perform_text, SomeText, Substitution
 from armsim_ros.launch.api.description import (
     AnyLaunchDescriptionSource,
     IncludeLaunchDescription,
@@ -20,7 +20,6 @@ from armsim_ros.launch.api.programs import PythonExpression, run_xacro
 from armsim_ros.launch.api.ros_node import Node
 from armsim_ros.launch.api.ros_parameters import ParameterValue
 from armsim_ros.launch.api.substitutions import LaunchConfiguration
-from armsim_ros.launch.api.utilities import perform_text
 from armsim_ros.model.description.xml_tree import parse_xml
 
 
@@ -183,8 +182,7 @@ def generate_move_group_launch(moveit_config: Any) -> LaunchDescription:
     return made
 
 
-def generate_demo_launch(moveit_config: Any, launch_package_path: Any = None
-                         ) -> LaunchDescription:
+def generate_demo_launch(moveit_config: Any, launch_package_path: Any = None) -> LaunchDescription:
     """Return all that a simulated robot with MoveIt needs."""
     package = Path(moveit_config.package_path)
     folder = Path(launch_package_path or package) / 'launch'

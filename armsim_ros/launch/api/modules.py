@@ -27,7 +27,7 @@ def module_of(name: str) -> str:
 
 
 def _launch() -> Table:
-    from armsim_ros.launch import element, failures, files, parser
+    from armsim_ros.launch import failures, files, parser, syntax
     from armsim_ros.launch.api import (
         actions,
         configuration,
@@ -39,7 +39,6 @@ def _launch() -> Table:
         process,
         programs,
         substitutions,
-        utilities,
     )
 
     classes = _named(
@@ -81,7 +80,7 @@ def _launch() -> Table:
             substitutions.IfElseSubstitution, paths.PathJoinSubstitution, paths.PathSubstitution,
             paths.ThisLaunchFile, paths.ThisLaunchFileDir, paths.LaunchLogDir, paths.FileContent,
             programs.FindExecutable, programs.Command, programs.PythonExpression,
-            utilities.TextSubstitution, substitutions.AndSubstitution,
+            context.TextSubstitution, substitutions.AndSubstitution,
             substitutions.OrSubstitution, substitutions.NotSubstitution,
             substitutions.AllSubstitution, substitutions.AnySubstitution,
             substitutions.EqualsSubstitution, substitutions.NotEqualsSubstitution,
@@ -105,14 +104,14 @@ def _launch() -> Table:
             description.get_launch_description_from_python_launch_file,
             failures.InvalidLaunchFileError),
         'launch.frontend': _named(
-            files.expose_action, files.expose_substitution, parser.Parser, Entity=element.Element),
+            files.expose_action, files.expose_substitution, parser.Parser, Entity=syntax.Element),
         'launch.frontend.expose': _named(files.expose_action, files.expose_substitution),
         'launch.utilities': _named(
-            utilities.perform_substitutions, utilities.normalize_to_list_of_substitutions,
-            utilities.normalize_to_list_of_entities, utilities.ensure_argument_type,
-            utilities.is_a, utilities.is_a_subclass, utilities.create_future),
+            context.perform_substitutions, context.normalize_to_list_of_substitutions,
+            context.normalize_to_list_of_entities, context.ensure_argument_type,
+            context.is_a, context.is_a_subclass, context.create_future),
         'launch.utilities.type_utils': _named(
-            utilities.is_a, perform_typed_substitution=utilities.coerce),
+            context.is_a, perform_typed_substitution=context.coerce),
         'launch.substitutions.substitution_failure': _named(failures.SubstitutionFailure),
         'launch.logging': _named(
             actions.get_logger, actions.launch_config, actions.get_output_loggers),

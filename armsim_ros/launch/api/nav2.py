@@ -12,9 +12,14 @@ from typing import Any
 
 import yaml
 
-from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
+from armsim_ros.launch.api.context import (
+    as_yaml_value,
+    LaunchContext,
+    perform_text,
+    SomeText,
+    Substitution,
+)
 from armsim_ros.launch.api.substitutions import LaunchConfiguration
-from armsim_ros.launch.api.utilities import as_yaml_value, perform_text
 from armsim_ros.launch.failures import SubstitutionFailure
 from armsim_ros.launch.lookup import check_not_missing
 

@@ -10,11 +10,13 @@ from pathlib import Path
 import re
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
-from armsim_ros.launch.api.utilities import (
+from armsim_ros.launch.api.context import (
     describe_text,
+    LaunchContext,
     normalize_to_list_of_substitutions,
     perform_substitutions,
+    SomeText,
+    Substitution,
 )
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import check_not_missing, current_lookup, NOWHERE

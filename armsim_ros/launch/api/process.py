@@ -8,14 +8,17 @@ from collections.abc import Iterable, Mapping
 import shlex
 from typing import Any
 
-from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity, SomeText
-from armsim_ros.launch.api.event_handlers import Shutdown
-from armsim_ros.launch.api.utilities import (
+from armsim_ros.launch.api.context import (
+    Action,
+    LaunchContext,
+    LaunchDescriptionEntity,
     normalize_to_list_of_entities,
     normalize_to_list_of_substitutions,
     perform_text,
+    SomeText,
     to_bool,
 )
+from armsim_ros.launch.api.event_handlers import Shutdown
 from armsim_ros.launch.failures import LaunchError
 from armsim_ros.launch.process_spec import ProcessSpec, program_of
 

@@ -17,12 +17,14 @@ from typing import Any
 
 from armsim_ros.errors import ConfigError, Location
 from armsim_ros.install_rules.xacro_run import as_xacro, XacroCommand
-from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
-from armsim_ros.launch.api.utilities import (
+from armsim_ros.launch.api.context import (
     describe_text,
+    LaunchContext,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     perform_text,
+    SomeText,
+    Substitution,
 )
 from armsim_ros.launch.failures import MissingPackageError, SubstitutionFailure
 from armsim_ros.launch.lookup import check_not_missing, current_lookup

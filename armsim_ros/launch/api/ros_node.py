@@ -7,11 +7,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from armsim_ros.launch.api.context import Action, LaunchContext, Placed, SomeText
+from armsim_ros.launch.api.context import (
+    Action,
+    describe_text,
+    LaunchContext,
+    perform_text,
+    SomeText,
+)
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
-from armsim_ros.launch.api.utilities import describe_text, perform_text
-from armsim_ros.launch.failures import LaunchError
+from armsim_ros.launch.failures import LaunchError, Placed
 from armsim_ros.launch.process_spec import COMPONENTS, ProcessSpec, RosNode
 
 #: Configurations that hold the settings of groups for the nodes inside them.

@@ -9,9 +9,16 @@ import os
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.launch.api.context import LaunchContext, Placed, SomeText, Substitution
-from armsim_ros.launch.api.utilities import as_yaml_value, coerce, perform_text, to_bool
-from armsim_ros.launch.failures import LaunchError
+from armsim_ros.launch.api.context import (
+    as_yaml_value,
+    coerce,
+    LaunchContext,
+    perform_text,
+    SomeText,
+    Substitution,
+    to_bool,
+)
+from armsim_ros.launch.failures import LaunchError, Placed
 from armsim_ros.launch.process_spec import ParameterSource
 
 
@@ -74,7 +81,7 @@ class ParameterFile(Placed):
             perform_text(context, self.allow_substs), 'allow_substs')
         if not allow or not Path(path).is_file():
             return path
-        from armsim_ros.launch.substitution_text import parse_substitution
+        from armsim_ros.launch.syntax import parse_substitution
 
         text = Path(path).read_text(encoding='utf-8')
         try:

@@ -11,13 +11,15 @@ from typing import Any
 
 from armsim_ros.errors import nearest
 from armsim_ros.launch.api.configuration import evaluate_condition_expression
-from armsim_ros.launch.api.context import LaunchContext, SomeText, Substitution
-from armsim_ros.launch.api.utilities import (
+from armsim_ros.launch.api.context import (
     as_yaml_value,
     describe_text,
+    LaunchContext,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     perform_text,
+    SomeText,
+    Substitution,
 )
 from armsim_ros.launch.failures import SubstitutionFailure
 

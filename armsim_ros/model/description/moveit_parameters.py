@@ -13,13 +13,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from armsim_ros.config.moveit_config.files import PackageFiles
-from armsim_ros.config.moveit_config.reading import (
+from armsim_ros.config.package_files import PackageFiles
+from armsim_ros.config.package_reading import (
     default_pipeline,
     DEFAULT_PIPELINES,
     planner_configs,
 )
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError
 from armsim_ros.model.description.xacro_text import read_description
 from armsim_ros.packages import Packages
@@ -168,8 +168,7 @@ class MoveItParameters:
 
     def _read(self, name: str, file_path: str | Path | None) -> Parameters:
         """Return a named file, or the file of an exact name; empty where there is none."""
-        return self._load(self._named(file_path) if file_path
-                          else self.files.settings_file(name))
+        return self._load(self._named(file_path) if file_path else self.files.settings_file(name))
 
     def _load(self, file: Path | None) -> Parameters:
         if file is None:

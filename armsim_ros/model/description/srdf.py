@@ -176,8 +176,7 @@ class _Reader:
             self._places[f'state {group}/{name}'] = element.where
         return states
 
-    def _state_value(self, state: str, group: PlanningGroup, element: XmlElement
-                     ) -> float | None:
+    def _state_value(self, state: str, group: PlanningGroup, element: XmlElement) -> float | None:
         """Return the value of a joint in a named state, None where it is left out."""
         joint = element.get('name')
         title = f"named state '{state}'"

@@ -138,8 +138,7 @@ class GroupBuilder:
         """Return base and tip link where every joint follows on its predecessor."""
         parts = [part for part in element.children
                  if part.tag in ('chain', 'joint', 'link', 'group')]
-        follows = all(self._precedes(before, after)
-                      for before, after in pairwise(joints))
+        follows = all(self._precedes(before, after) for before, after in pairwise(joints))
         if not follows:
             return None
         if len(parts) == 1 and parts[0].tag == 'chain':

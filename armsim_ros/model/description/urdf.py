@@ -8,15 +8,17 @@ from dataclasses import dataclass, field, replace
 
 from armsim_ros.errors import Location, nearest, Problem
 from armsim_ros.model.description.ros2_control import read_hardware
-from armsim_ros.model.description.urdf_geometry import (
+from armsim_ros.model.description.urdf_elements import (
     Color,
     MeshReader,
     read_color,
     read_inertial,
+    read_joint,
     read_shapes,
+    read_transmissions,
     Scale,
+    Transmission,
 )
-from armsim_ros.model.description.urdf_joints import read_joint, read_transmissions, Transmission
 from armsim_ros.model.description.xml_tree import parse_xml, TextReport, unknown, XmlElement
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.inertia import (

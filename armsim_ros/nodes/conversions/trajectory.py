@@ -22,7 +22,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.controller_selection import MultiDofTrajectory
 from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.conversions.time import (
     fill_duration,

@@ -21,7 +21,7 @@ from armsim_ros.config.move_group.trajectory_execution import (
     TrajectoryExecutionSettings,
     UNUSED_EXECUTION_KEYS,
 )
-from armsim_ros.config.moveit_config.reading import default_pipeline
+from armsim_ros.config.package_reading import default_pipeline
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel

@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from armsim_ros.config.yaml.node import YamlNode
-from armsim_ros.config.yaml.node_parameters import (
+from armsim_ros.config.yaml_node import (
     is_ros2_file,
     names_without_namespace,
     parameters_of_node,
+    YamlNode,
 )
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 
 BLOCK = '--controller'
 _ROS_ARGS = '--controller-ros-args'

@@ -7,8 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import math
 
-from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.latest_message import JointStates
+from armsim_ros.clients.client_node import ClientNode, JointStates
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import JointLimits
 from armsim_ros.tasks.hand import HandModel

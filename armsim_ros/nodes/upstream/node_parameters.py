@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.config.yaml.node import ROS2_KEY
+from armsim_ros.config.yaml_node import ROS2_KEY
 
 _FAST_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _NAMES = ('__node', '__name', '__ns')

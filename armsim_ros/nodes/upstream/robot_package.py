@@ -18,7 +18,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 import yaml
 
-from armsim_ros.config.blocks import BLOCKS
+from armsim_ros.config.draft import BLOCKS
 from armsim_ros.errors import ConfigError, Location, Problem
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments

@@ -13,9 +13,8 @@ import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.geometry import Geometry, Mesh
-from armsim_ros.model.mesh.coal_shapes import exact_shape, hull_shape
-from armsim_ros.model.shape_points import corner_points, scaled
+from armsim_ros.model.coal_shapes import exact_shape, hull_shape
+from armsim_ros.model.geometry import corner_points, Geometry, Mesh, scaled
 from armsim_ros.planning.collision.contacts import BodyType
 from armsim_ros.planning.collision.octree_shapes import octree_shapes
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix

@@ -10,8 +10,8 @@ import coal
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix
+from armsim_ros.model.coal_shapes import exact_shape, hull_shape
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.coal_shapes import exact_shape, hull_shape
 
 #: Edge of a voxel [m], and most of them along an axis.
 _VOXEL, _MOST_VOXELS = 0.005, 96

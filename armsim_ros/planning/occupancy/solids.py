@@ -14,9 +14,19 @@ import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
-from armsim_ros.model.mesh.coal_shapes import hull_shape
-from armsim_ros.model.shape_points import bounding_box, scaled
+from armsim_ros.model.coal_shapes import hull_shape
+from armsim_ros.model.geometry import (
+    bounding_box,
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Plane,
+    scaled,
+    Sphere,
+)
 from armsim_ros.planning.collision.bodies import shape_poses
 from armsim_ros.planning.occupancy.hollow_mesh import HollowMesh, is_hollow
 from armsim_ros.planning.scene.content import SceneContent

@@ -16,7 +16,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.meshes import convex_parts
+from armsim_ros.model.meshes import convex_parts
 from armsim_ros.model.robot_model import (
     Inertial,
     Joint,

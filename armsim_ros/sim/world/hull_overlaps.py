@@ -19,7 +19,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.mesh_library import Arrays, cached
+from armsim_ros.model.meshes import Arrays, cached
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.tree import link_poses
 from armsim_ros.sim.physics.geoms import contacts
@@ -141,7 +141,7 @@ class _Resolver:
                     yield _Overlap(pair, depth, name)
 
     def _meshes_are_apart(self, pair: Pair, poses: Mapping[str, Matrix]) -> bool:
-        from armsim_ros.model.mesh.coal_shapes import are_apart  # only where hulls overlap
+        from armsim_ros.model.coal_shapes import are_apart  # only where hulls overlap
 
         first, second = (
             [(shape.geometry, poses[link] @ shape.origin)

@@ -15,13 +15,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from armsim_ros.config.validation import read_settings
+from armsim_ros.config.base import read_settings
 from armsim_ros.config.world import WorldObjectSettings, WorldSettings
-from armsim_ros.config.yaml.source import parse_yaml
+from armsim_ros.config.yaml_source import parse_yaml
 from armsim_ros.errors import ConfigError, nearest, Problem, ResourceError, Severity
 from armsim_ros.model.description.xml_tree import LARGEST_TEXT
 from armsim_ros.model.geometry import Mesh
-from armsim_ros.model.mesh.meshes import load_mesh
+from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.world_objects import object_from_settings, world_objects, WorldObject
 from armsim_ros.packages import Packages, sourced_prefixes
 from armsim_ros.resources import check_inside, PACKAGE, resolve_uri, share_folder

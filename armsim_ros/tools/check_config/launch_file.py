@@ -10,7 +10,7 @@ import re
 
 from armsim_ros.cli.arguments import argument_table
 from armsim_ros.cli.launch_answers import REPLACED_ARGUMENTS
-from armsim_ros.config.yaml.source import LARGEST_FILE
+from armsim_ros.config.yaml_source import LARGEST_FILE
 from armsim_ros.errors import ModelError, nearest, Problem, Severity
 from armsim_ros.model.description.xacro_text import read_text
 from armsim_ros.model.description.xml_tree import parse_xml, XmlElement

@@ -16,7 +16,7 @@ from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import (
     ArmsimError,
     ConfigError,
@@ -30,7 +30,7 @@ from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import survey_cell, SurveyOptions
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.xacro_text import read_description
-from armsim_ros.model.mesh.meshes import load_mesh
+from armsim_ros.model.meshes import load_mesh
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.packages import Packages
 from armsim_ros.resources import find_robot, ROBOTS_FILE

@@ -14,9 +14,9 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.mesh.coal_shapes import exact_shape, hull_shape
+from armsim_ros.model.coal_shapes import exact_shape, hull_shape
+from armsim_ros.model.geometry import corner_points
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.shape_points import corner_points
 from armsim_ros.model.tree import adjacent_pairs
 from armsim_ros.planning.scene.allowed_collision_matrix import Pair, sorted_pair
 

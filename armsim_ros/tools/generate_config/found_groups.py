@@ -162,13 +162,11 @@ def _active(joints: list[Joint]) -> int:
 
 
 def _tools(links: list[str]) -> list[str]:
-    return [link for link in links
-            if _TOOL_WORDS & set(re.split('[^a-z]+', link.lower()))]
+    return [link for link in links if _TOOL_WORDS & set(re.split('[^a-z]+', link.lower()))]
 
 
 def _common_name(joints: list[Joint]) -> str:
     """Return the words that all names share: 'left' for left_hip, left_knee; else the base."""
     words = [joint.name.split('_') for joint in joints]
-    common = [first for first, *others in zip(*words, strict=False) if {first} == {
-        first, *others}]
+    common = [first for first, *others in zip(*words, strict=False) if {first} == {first, *others}]
     return '_'.join(word for word in common if word != 'joint') or joints[0].parent

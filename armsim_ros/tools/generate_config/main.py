@@ -16,15 +16,15 @@ import sys
 import numpy as np
 
 from armsim_ros.arrays import Vector
-from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.cli.arguments import argparse_words, part_words, split_ros_args
 from armsim_ros.config.draft import empty_node
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Location, ModelError, Problem, Severity
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.description.srdf import parse_srdf
+from armsim_ros.model.geometry import corner_points
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.model.shape_points import corner_points
 from armsim_ros.packages import Packages, split_path
 from armsim_ros.planning.scene.allowed_collision_matrix import sorted_pair
 from armsim_ros.tools.generate_config.collision_pairs import (
@@ -35,7 +35,6 @@ from armsim_ros.tools.generate_config.collision_pairs import (
 )
 from armsim_ros.tools.generate_config.found_groups import find_groups, FoundGroup
 from armsim_ros.tools.generate_config.yaml_texts import controller_name, settings_texts, srdf_text
-from armsim_ros.tools.words import argparse_words, part_words
 
 #: How far the moving links stay above the floor, and from each other [m].
 CLEARANCE = 0.01

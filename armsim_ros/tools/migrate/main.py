@@ -11,7 +11,7 @@ import shutil
 import sys
 from typing import Any
 
-from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.cli.arguments import argparse_words, split_ros_args
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ArmsimError, ConfigError, Problem, Severity
@@ -19,7 +19,6 @@ from armsim_ros.tools.check_config.launch_file import answer_launch_file
 from armsim_ros.tools.check_config.robot_check import launch_files
 from armsim_ros.tools.migrate.ros2_files import FileRecords, Ros2Files, SAME_IN_BOTH
 from armsim_ros.tools.migrate.source_text import real_number_edits
-from armsim_ros.tools.words import argparse_words
 
 REPORT = 'MIGRATION.txt'
 _PLUGIN_LINES = ['planning_plugins:', '  - ompl_interface/OMPLPlanner']

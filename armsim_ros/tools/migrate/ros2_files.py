@@ -13,16 +13,15 @@ import yaml
 
 from armsim_ros.config.controllers.controller_settings import PARAMETERS, ROS1_TYPES
 from armsim_ros.config.draft import ConfigDraft
-from armsim_ros.config.joint_limits import JointLimitsSettings
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.move_group.kinematics import KinematicsSettings
+from armsim_ros.config.move_group.kinematics import JointLimitsSettings, KinematicsSettings
 from armsim_ros.config.move_group.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )
 from armsim_ros.config.servo import ServoNodeSettings
-from armsim_ros.config.yaml.node import ROS2_KEY, YamlNode
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_node import ROS2_KEY, YamlNode
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import Location
 from armsim_ros.tools.migrate.source_text import real_number_edits, SourceText
 

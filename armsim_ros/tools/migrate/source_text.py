@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin, get_type_hints, Union
 
 from pydantic import BaseModel
 
-from armsim_ros.config.yaml.node import YamlNode
+from armsim_ros.config.yaml_node import YamlNode
 from armsim_ros.errors import Location
 
 _NO_CONTENT = re.compile(r'\s*(#.*)?$')

@@ -46,8 +46,7 @@ class Planner:
         for each in problem['obstacles']:
             shape = (
                 Box(tuple(each['size'])) if each['type'] == 'box'
-                else Cylinder(each['radius'], each['length'])
-            )
+                else Cylinder(each['radius'], each['length']))
             self.scene.apply_object(CollisionObject(
                 each['id'], 0, self.scene.model_frame,
                 pose=pose_from_quat_xyzw(each['position'], each['quat_xyzw']),

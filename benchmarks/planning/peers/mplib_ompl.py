@@ -49,8 +49,7 @@ class Planner:
             x, y, z, w = each['quat_xyzw']
             shape = (
                 fcl.Box(*each['size']) if each['type'] == 'box'
-                else fcl.Cylinder(each['radius'], each['length'])
-            )
+                else fcl.Cylinder(each['radius'], each['length']))
             pose = mplib.Pose(np.array(each['position']), np.array([w, x, y, z]))
             world.add_object(each['id'], fcl.CollisionObject(shape, pose))
             self.present.append(each['id'])

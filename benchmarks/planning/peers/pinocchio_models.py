@@ -30,8 +30,7 @@ class PinocchioModels:
         for each in problem['obstacles']:
             shape = (
                 coal.Box(*each['size']) if each['type'] == 'box'
-                else coal.Cylinder(each['radius'], each['length'])
-            )
+                else coal.Cylinder(each['radius'], each['length']))
             placement = pin.XYZQUATToSE3(np.array([*each['position'], *each['quat_xyzw']]))
             scene.addGeometryObject(pin.GeometryObject(each['id'], 0, placement, shape))
         scene.addAllCollisionPairs()

@@ -54,8 +54,7 @@ class Planner:
                     each['id'], 'universe', core.Cylinder(each['radius'], each['length']), pose,
                     colour)
         names = [each['id'] for each in problem['obstacles']]
-        self.scene.setCollisions(
-            [(a, b) for k, a in enumerate(names) for b in names[:k]], False)
+        self.scene.setCollisions([(a, b) for k, a in enumerate(names) for b in names[:k]], False)
         group = self.robot['group']
         self.timing = toppra.PathParameterizerTOPPRA(self.scene, group)
 

@@ -32,8 +32,7 @@ def main() -> None:
         values = solver.ik(position, rotation, seed)
         seconds = time.process_time() - began
         answers.append(
-            {'values': None if values is None else list(map(float, values)), 'seconds': seconds}
-        )
+            {'values': None if values is None else list(map(float, values)), 'seconds': seconds})
     print(json.dumps({'answers': answers}), file=out, flush=True)
 
 

@@ -41,7 +41,7 @@ class ArmsimCamera(TopicDevice, Camera):
         """Wait for the first picture."""
         from sensor_msgs.msg import Image
 
-        from armsim_ros.clients.latest_message import LatestMessage
+        from armsim_ros.clients.client_node import LatestMessage
 
         self._subscribe(lambda node: LatestMessage(
             node, Image, self.config.topic, 'start the camera: armsim bringup camera:=true'),

@@ -53,7 +53,7 @@ class ArmsimJoints(TopicDevice, Undemanding):
 
     def connect(self, calibrate: bool = True) -> None:
         """Wait for the first message."""
-        from armsim_ros.clients.latest_message import JointStates
+        from armsim_ros.clients.client_node import JointStates
 
         self._subscribe(lambda node: JointStates(
             node, self.config.topic, 'start what publishes it'), self._check)

@@ -2,18 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.planning``."""
 
-from armsim_ros.moveit_py.planning.moveit_py import MoveItPy
-from armsim_ros.moveit_py.planning.plan_parameters import (
+from armsim_ros.moveit_py.moveit_py import MoveItPy
+from armsim_ros.moveit_py.planning_component import (
     MultiPipelinePlanRequestParameters,
+    PlanningComponent,
     PlanRequestParameters,
 )
-from armsim_ros.moveit_py.planning.planning_component import PlanningComponent
-from armsim_ros.moveit_py.planning.planning_scene_monitor import (
+from armsim_ros.moveit_py.planning_scene_monitor import (
     LockedPlanningSceneContextManagerRO,
     LockedPlanningSceneContextManagerRW,
     PlanningSceneMonitor,
 )
-from armsim_ros.moveit_py.planning.trajectory_execution_manager import TrajectoryExecutionManager
+from armsim_ros.moveit_py.trajectory_execution_manager import TrajectoryExecutionManager
 
 __all__ = [
     'LockedPlanningSceneContextManagerRO',

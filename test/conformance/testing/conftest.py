@@ -83,7 +83,7 @@ def run_tests(pytester, strangers_pytest):
 @pytest.fixture
 def new_arm():
     """Return a function that gives the default robot at its start, stepped by the test."""
-    from armsim_ros.testing.arms.in_process import InProcessArm
-    from armsim_ros.testing.plugin.stacks import built_cell
+    from armsim_ros.testing.in_process import InProcessArm
+    from armsim_ros.testing.stacks import built_cell
 
     return lambda **options: InProcessArm(built_cell('sunday', None, {}), **options)

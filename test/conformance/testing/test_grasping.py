@@ -9,8 +9,8 @@ import pytest
 
 from armsim_ros.errors import ControllerError
 from armsim_ros.testing import assert_holds
-from armsim_ros.testing.arms.in_process import InProcessArm
-from armsim_ros.testing.plugin.stacks import built_cell
+from armsim_ros.testing.in_process import InProcessArm
+from armsim_ros.testing.stacks import built_cell
 
 statement = pytest.mark.statement
 

@@ -3,7 +3,7 @@
 """Drives and safety of an arm, in invented time."""
 
 
-from armsim_ros.config.hardware import HardwareSettings
+from armsim_ros.config.simulation import HardwareSettings
 from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.safety.arm_state import ArmState, Cause, Mode, Safety
 from armsim_ros.vendors import Vendor

@@ -13,8 +13,8 @@ from std_msgs.msg import String
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.clients.ros_client import RosClient
-from armsim_ros.moveit_py.planning import description
-from armsim_ros.moveit_py.planning.description import node_arguments
+from armsim_ros.moveit_py import description
+from armsim_ros.moveit_py.description import node_arguments
 from armsim_ros.nodes import qos
 from moveit.planning import MoveItPy
 from moveit.utils import create_params_file_from_dict

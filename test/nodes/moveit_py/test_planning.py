@@ -10,8 +10,7 @@ from moveit_msgs.msg import Constraints, MoveItErrorCodes
 import numpy as np
 import pytest
 
-from armsim_ros.moveit_py import log
-from armsim_ros.moveit_py.planning import planning_component
+from armsim_ros.moveit_py import planning_component, utils
 from moveit.core.kinematic_constraints import construct_joint_constraint
 from moveit.core.robot_state import RobotState
 from moveit.planning import (
@@ -145,8 +144,8 @@ def test_parameters_of_a_plan(moveit, arm):
 def test_parameters_that_are_not_used_are_logged(monkeypatch):
     """Once, with those that are known; a namespace without any has the defaults."""
     lines = []
-    monkeypatch.setattr(log, 'logger', lambda: SimpleNamespace(warning=lines.append))
-    monkeypatch.setattr(log, '_reported', set())
+    monkeypatch.setattr(utils, 'logger', lambda: SimpleNamespace(warning=lines.append))
+    monkeypatch.setattr(utils, '_reported', set())
     script = SimpleNamespace(_cpp=SimpleNamespace(parameters={
         'a.plan_request_params.planning_attempt': 1, 'a.plan_request_params.planner_id': 'x'}))
     for _ in range(2):

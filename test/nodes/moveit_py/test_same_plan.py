@@ -13,7 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.clients.ros_client import RosClient
-from armsim_ros.moveit_py.planning.description import described_cell, node_arguments
+from armsim_ros.moveit_py.description import described_cell, node_arguments
 from armsim_ros.nodes.move_group.program import MoveGroup, MoveGroupProgram
 from armsim_ros.nodes.polling_node import PollingNode
 from moveit.core.robot_state import RobotState

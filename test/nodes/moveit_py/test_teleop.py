@@ -9,7 +9,7 @@ import rclpy
 from sensor_msgs.msg import Joy
 from std_srvs.srv import SetBool
 
-from armsim_ros.moveit_py import teleop
+from armsim_ros.moveit_py import devices
 from moveit.policies import Policy
 from moveit.servo_client.devices.ps4_dualshock import PS4DualShockTeleop
 
@@ -40,7 +40,7 @@ def test_a_twist_of_sticks_and_buttons(ros, monkeypatch):
     linear, angular = message.twist.linear, message.twist.angular
     assert (linear.x, linear.y, linear.z) == pytest.approx((1.0, 0.4, 0.5))
     assert (angular.x, angular.y, angular.z) == pytest.approx((0.1, 0.2, 1.0))
-    monkeypatch.setattr(teleop, '_SERVICE_TIMEOUT', 0.05)
+    monkeypatch.setattr(devices, '_SERVICE_TIMEOUT', 0.05)
     device.start_teleop()
     assert device.teleop_thread is None
     device.stop_teleop()

@@ -7,8 +7,7 @@ import pytest
 from separation import box_mesh
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere
-from armsim_ros.model.shape_points import is_inside
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, is_inside, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.occupancy.occupancy_map import HIT, Measurement, MISS, OccupancyMap
 from armsim_ros.planning.occupancy.solids import changed_bodies, inside_any, known_bodies, Solid

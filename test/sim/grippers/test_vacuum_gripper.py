@@ -12,7 +12,7 @@ from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
-from armsim_ros.testing.plugin.stacks import built_cell
+from armsim_ros.testing.stacks import built_cell
 
 NAME = 'vacuum_gripper'
 

@@ -146,7 +146,7 @@ def test_what_was_found_is_kept(walled, settings, monkeypatch):
     """A second start with the same robot finds the same pairs without comparing meshes."""
     first = Simulation(walled(), settings.model_copy(update=BENT)).remarks
     assert first
-    monkeypatch.setattr('armsim_ros.model.mesh.coal_shapes.are_apart', None)
+    monkeypatch.setattr('armsim_ros.model.coal_shapes.are_apart', None)
     assert Simulation(walled(), settings.model_copy(update=BENT)).remarks == first
 
 

@@ -5,10 +5,9 @@ import json
 from jsonschema import Draft202012Validator
 import pytest
 
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.resources import cell_names, find_robot, PACKAGE, robot_names, share_folder
-from armsim_ros.tools.check_config.main import main
-from armsim_ros.tools.check_config.schema import schemas
+from armsim_ros.tools.check_config.main import main, schemas
 
 SCHEMAS = schemas()
 #: File of a robot -> the schema it belongs to; the others hold several kinds of blocks.

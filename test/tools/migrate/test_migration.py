@@ -9,7 +9,7 @@ import yaml
 
 from armsim_ros.config.controllers.controller_settings import PARAMETERS
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError
 from armsim_ros.resources import find_robot, PACKAGE, robot_names, share_folder
 from armsim_ros.tools.migrate.main import main, migrate, REPORT, settings_values

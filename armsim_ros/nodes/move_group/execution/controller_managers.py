@@ -15,8 +15,11 @@ from armsim_ros.config.move_group.trajectory_execution import (
     TrajectoryExecutionSettings,
 )
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
-from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.controller_selection import (
+    controlled_joints,
+    MultiDofTrajectory,
+    select_controllers,
+)
 from armsim_ros.execution.ros2_control import ListedController, ManagedControllers
 from armsim_ros.execution.rules import check_points, Tolerances
 from armsim_ros.nodes.move_group.context import Context

@@ -15,7 +15,7 @@ from rclpy.action.server import ServerGoalHandle
 from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.multi_dof import as_joint_trajectory, MultiDofTrajectory
+from armsim_ros.execution.controller_selection import as_joint_trajectory, MultiDofTrajectory
 from armsim_ros.nodes.conversions.planning_scene import is_empty
 from armsim_ros.nodes.conversions.trajectory import (
     multi_dof_from_message,

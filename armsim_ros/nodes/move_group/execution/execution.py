@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import split_trajectory
-from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.controller_selection import MultiDofTrajectory, split_trajectory
 from armsim_ros.execution.ros2_control import controllers_to_switch
 from armsim_ros.execution.rules import (
     allowed_duration,

@@ -13,9 +13,8 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.meeting import meeting
-from armsim_ros.execution.multi_dof import MultiDofTrajectory
-from armsim_ros.execution.rules import check_start, continues
+from armsim_ros.execution.controller_selection import MultiDofTrajectory
+from armsim_ros.execution.rules import check_start, continues, meeting
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_managers import (
     controller_manager,

@@ -22,7 +22,7 @@ from armsim_ros.config.move_group.sensors_3d import (
     Sensor,
     with_cameras,
 )
-from armsim_ros.config.yaml.node import node_of
+from armsim_ros.config.yaml_node import node_of
 from armsim_ros.errors import Location, PlanningError, Problem, Severity
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.move_group.context import Context

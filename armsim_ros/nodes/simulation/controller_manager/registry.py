@@ -15,9 +15,15 @@ from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.yaml.node import merge_nodes, node_of, split_keys, YamlNode
-from armsim_ros.config.yaml.node_parameters import is_ros2_file, parameters_of_node
-from armsim_ros.config.yaml.source import read_yaml_file
+from armsim_ros.config.yaml_node import (
+    is_ros2_file,
+    merge_nodes,
+    node_of,
+    parameters_of_node,
+    split_keys,
+    YamlNode,
+)
+from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import ConfigError, ControllerError, Location, nearest, Severity

@@ -28,7 +28,7 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
 from armsim_ros.sim.assembly import watch
-from armsim_ros.vendors.franka import FORCES, TORQUES
+from armsim_ros.vendors import FRANKA_FORCES, FRANKA_TORQUES
 
 
 def vector(values: Vector) -> Vector3:
@@ -110,8 +110,8 @@ class ArmParameters:
 
     tool: Matrix = field(default_factory=lambda: np.eye(4))
     stiffness: Matrix = field(default_factory=lambda: np.eye(4))
-    torques: Matrix = field(default_factory=lambda: np.array(TORQUES))
-    forces: Matrix = field(default_factory=lambda: np.array(FORCES))
+    torques: Matrix = field(default_factory=lambda: np.array(FRANKA_TORQUES))
+    forces: Matrix = field(default_factory=lambda: np.array(FRANKA_FORCES))
     load: Mass = field(default_factory=Mass)
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The modules of ``moveit.core``."""
 
-from armsim_ros.moveit_py.core import World
+from armsim_ros.moveit_py.scene_parts import World
 from moveit.core import (
     collision_detection,
     controller_manager,

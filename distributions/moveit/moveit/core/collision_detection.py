@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.collision_detection``."""
 
-from armsim_ros.moveit_py.core.collision_detection import (
+from armsim_ros.moveit_py.scene_parts import (
     AllowedCollisionMatrix,
     CollisionRequest,
     CollisionResult,

@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.controller_manager``."""
 
-from armsim_ros.moveit_py.core.controller_manager import ExecutionStatus
+from armsim_ros.moveit_py.answers import ExecutionStatus
 
 __all__ = ['ExecutionStatus']

@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.planning_interface``."""
 
-from armsim_ros.moveit_py.core.planning_interface import MotionPlanResponse
+from armsim_ros.moveit_py.answers import MotionPlanResponse
 
 __all__ = ['MotionPlanResponse']

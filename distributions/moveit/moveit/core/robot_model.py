@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.robot_model``."""
 
-from armsim_ros.moveit_py.core.robot_model import JointModelGroup, RobotModel, VariableBounds
+from armsim_ros.moveit_py.robot_model import JointModelGroup, RobotModel, VariableBounds
 
 __all__ = ['JointModelGroup', 'RobotModel', 'VariableBounds']

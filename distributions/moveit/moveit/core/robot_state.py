@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.robot_state``."""
 
-from armsim_ros.moveit_py.core.robot_state import RobotState, robotStateToRobotStateMsg
+from armsim_ros.moveit_py.robot_state import RobotState, robotStateToRobotStateMsg
 
 __all__ = ['RobotState', 'robotStateToRobotStateMsg']

@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.core.robot_trajectory``."""
 
-from armsim_ros.moveit_py.core.robot_trajectory import RobotTrajectory
+from armsim_ros.moveit_py.robot_trajectory import RobotTrajectory
 
 __all__ = ['RobotTrajectory']

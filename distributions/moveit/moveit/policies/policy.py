@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.policies.policy``."""
 
-from armsim_ros.moveit_py.policies import Policy
+from armsim_ros.moveit_py.devices import Policy
 
 __all__ = ['Policy']

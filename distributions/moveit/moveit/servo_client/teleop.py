@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.servo_client.teleop``."""
 
-from armsim_ros.moveit_py.teleop import TeleopDevice
+from armsim_ros.moveit_py.devices import TeleopDevice
 
 __all__ = ['TeleopDevice']

@@ -12,7 +12,7 @@ from rclpy.task import Future
 
 from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
-from armsim_ros.execution.multi_dof import MultiDofTrajectory
+from armsim_ros.execution.controller_selection import MultiDofTrajectory
 from armsim_ros.nodes.conversions.trajectory import multi_dof_from_message
 from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun, HANDLES
 from armsim_ros.trajectory import JointTrajectory

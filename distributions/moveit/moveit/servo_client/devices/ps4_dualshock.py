@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The names of ``moveit.servo_client.devices.ps4_dualshock``."""
 
-from armsim_ros.moveit_py.teleop import (
+from armsim_ros.moveit_py.devices import (
     DualShockAxes,
     DualShockButtons,
     PS4DualShock,

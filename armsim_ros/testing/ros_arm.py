@@ -1,0 +1,289 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The arm of programs that run by themselves, moved through their public interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+import json
+from pathlib import Path
+import shutil
+from typing import Any
+
+from control_msgs.action import GripperCommand, ParallelGripperCommand
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Empty, SetBool, Trigger
+
+from armsim_ros.arrays import Matrix
+from armsim_ros.clients.client_node import LATCHED
+from armsim_ros.clients.controller_manager import ControllerManagerClient
+from armsim_ros.clients.motion import SUCCESS
+from armsim_ros.clients.simulation import SimulationClient
+from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
+from armsim_ros.config.controllers.controller_settings import ControllerSettings
+from armsim_ros.config.controllers.gripper_action_controller import (
+    GripperParameters,
+    ParallelGripperActionControllerParameters,
+)
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import JointFault
+from armsim_ros.config.world import WorldObjectSettings
+from armsim_ros.errors import ControllerError, PlanningError
+from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
+from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
+from armsim_ros.testing.robot_user import RobotUser
+
+SECOND_NS = 1_000_000_000
+#: Fingers without a gripper controller move so long [s].
+FINGERS_MOVE = 1.0
+
+
+class RosArm(Arm):
+    """
+    A robot of a running stack.
+
+    :param robot: the user's view of the stack.
+    :param settings: of the robot: its name, and the controllers that trajectories are for.
+    :param faults: whether it was started with fault injection.
+    """
+
+    def __init__(self, robot: RobotUser, settings: RobotSettings, *, faults: bool = False) -> None:
+        """Wait for the first joint state, from which on time counts."""
+        #: The user's view of the stack.
+        self.robot = robot
+        self._simulation = SimulationClient(robot.client)
+        self._name, self._faults = settings.name, faults
+        self._controllers = settings.moveit_controllers
+        self._cups = tuple(settings.simulation.vacuum_grippers)
+        self._grippers = {
+            controller.parameters.joint: controller for controller in settings.controllers
+            if isinstance(controller.parameters, GripperParameters)
+            and controller.name in settings.spawn}
+        self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
+        self._start_ns = _stamp_ns(self._states.wait()[-1])
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self._name
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the test began [s]."""
+        return (_stamp_ns(self._states.messages[-1]) - self._start_ns) / SECOND_NS
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Joint -> position [rad or m], of a message that comes from now on."""
+        self._states.clear()
+        message = self._states.wait()[-1]
+        return dict(zip(message.name, message.position, strict=True))
+
+    @cached_property
+    def named_states(self) -> dict[str, dict[str, float]]:
+        """Named state -> joint -> position [rad or m]; of equal names that of the first group."""
+        states: dict[str, dict[str, float]] = {}
+        for (_, name), state in self.robot.move_group.named_states().items():
+            states.setdefault(name, state)
+        return states
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints of the first planning group, as its named states list them."""
+        return tuple(next(iter(self.named_states.values()), self.positions))
+
+    def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
+        """Plan a motion, execute it, and wait for its end."""
+        group = group or next(iter(self.robot.move_group.named_states()), ('', ''))[0]
+        result = self.robot.move_group.move(
+            group, self.state(target), max_velocity_scaling_factor=float(speed))
+        if result.error_code.val != SUCCESS:
+            raise PlanningError(
+                result.error_code.val, result.error_code.message, result.error_code.source)
+
+    def follow(self, points: Points) -> None:
+        """Have the controllers run a trajectory as it is, and wait for its end."""
+        trajectory = self.trajectory(points)
+        try:
+            chosen = select_controllers(trajectory.joint_names, self._controllers)
+        except PlanningError as error:
+            raise ControllerError(str(error)) from None
+        goals = [
+            TrajectoryClient(self.robot.client, f'/{controller.name.lstrip("/")}').send(
+                trajectory_to_message(part))
+            for controller, part in split_trajectory(trajectory, chosen)]
+        for goal in goals:
+            if not goal.accepted():
+                raise ControllerError('refused; the reason is in the log of the simulation')
+        for outcome in [goal.result(trajectory.duration + 20.0) for goal in goals]:
+            if outcome.status != SUCCEEDED:
+                raise ControllerError(outcome.error_string or f'status {outcome.status}')
+
+    def wait(self, seconds: float) -> None:
+        """Wait until simulated time has moved on [s]."""
+        end_ns = _stamp_ns(self._states.wait()[-1]) + round(seconds * SECOND_NS)
+        self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
+
+    def fault(self, joint: str, **fault: Any) -> None:
+        """Make a joint fail from now on, or be well again where nothing is given."""
+        if not self._faults:
+            raise ControllerError(BUILT_WITHOUT_FAULTS)
+        well = {kind: value.default for kind, value in JointFault.model_fields.items()}
+        try:
+            self.robot.fault(joint, **{**well, **fault})
+        except AssertionError as refusal:
+            raise ControllerError(str(refusal)) from None
+
+    def protective_stop(self, cause: str = 'injected') -> None:
+        """
+        Stop the arm: goals end, the joints brake and are held until ``clear_stop``.
+
+        :param cause: only ``injected``; a running stack has no service with another.
+        """
+        if cause != 'injected':
+            raise NotImplementedError("causes have names with armsim(mode='inprocess') only")
+        self.robot.client.call(f'{self.robot.namespace}/protective_stop', SetBool,
+                               SetBool.Request(data=True))
+        self._safety(lambda state: state.endswith('_STOP'))
+
+    def clear_stop(self) -> None:
+        """
+        End a protective stop.
+
+        :raises ControllerError: it goes on; with the reason.
+        """
+        answer = self.robot.client.call(f'{self.robot.namespace}/clear_stop', Trigger)
+        if not answer.success:
+            raise ControllerError(answer.message)
+        self._safety(lambda state: not state.endswith('_STOP'))
+
+    @property
+    def safety(self) -> str:
+        """State of the safety of the robot, such as ``NORMAL``."""
+        return self._safety(lambda _: True)
+
+    def _safety(self, matches: Callable[[str], bool]) -> str:
+        """Return the state of the safety once it matches."""
+        def state(message: String) -> str:
+            return str(json.loads(message.data)['safety'])
+        states = self.robot.client.collect(f'{self.robot.namespace}/safety', String, LATCHED)
+        found = state(states.wait_for(lambda message: matches(state(message))))
+        states.close()
+        return found
+
+    def _switch(self, controller: str, *, active: bool) -> None:
+        """Activate or deactivate a controller."""
+        manager = ControllerManagerClient(
+            self.robot.client, f'{self.robot.namespace}/controller_manager')
+        named = [controller]
+        response = manager.switch(activate=named) if active else manager.switch(deactivate=named)
+        if not response.ok:
+            raise ControllerError(response.message)
+
+    def grasp(self, effort: float = 0.0) -> None:
+        """Close the fingers, or switch the suction cup on, and wait for the end of it."""
+        self._move_hand('close', 'on', effort)
+
+    def release(self) -> None:
+        """Open the fingers, or switch the suction cup off."""
+        self._move_hand('open', 'off', 0.0)
+
+    def held(self) -> tuple[str, ...]:
+        """Raise; the planning scene of a test's stack does not follow the world."""
+        raise NotImplementedError("what is held is known with armsim(mode='inprocess') only")
+
+    def _move_hand(self, word: str, service: str, effort: float) -> None:
+        for cup in self._cups:
+            self.robot.client.call(f'{self.robot.namespace}/{cup}/{service}', Empty)
+        if self._cups:
+            return
+        state = self.finger_state(word)
+        grippers = {joint: gripper for joint, gripper in self._grippers.items() if joint in state}
+        for joint, gripper in grippers.items():
+            self._send_gripper(gripper, state[joint], effort)
+        if not grippers:
+            self.follow([(FINGERS_MOVE, state)])
+
+    def _send_gripper(self, gripper: ControllerSettings, position: float, effort: float) -> None:
+        client, name = self.robot.client, f'{self.robot.namespace}/{gripper.name}/gripper_cmd'
+        kind: Any = GripperCommand
+        goal: Any = GripperCommand.Goal()
+        if isinstance(gripper.parameters, ParallelGripperActionControllerParameters):
+            kind, goal = ParallelGripperCommand, ParallelGripperCommand.Goal()
+            goal.command.position, goal.command.effort = [position], [effort] if effort else []
+        else:
+            goal.command.position, goal.command.max_effort = position, effort
+        if not client.action(kind, name).wait_for_server(20.0):
+            raise ControllerError(f'there is no action {name}')
+        run = client.goal(kind, name, goal)
+        if not client.result(run.accepted):
+            raise ControllerError('refused; the reason is in the log of the simulation')
+        client.result(run.result, 60.0)
+
+    def _spawn(self, name: str, item: WorldObjectSettings) -> None:
+        """Have the simulation spawn it."""
+        words = item.parts[0].shape.model_dump()
+        kind = words.pop('type')
+        words['friction'] = item.friction
+        if item.mass is not None:
+            words['mass'] = item.mass
+        query = '&'.join(f'{word}={_text(value)}' for word, value in words.items())
+        self._simulation.spawn(name, f'armsim://{kind}?{query}', pose_matrix(item.xyz, item.rpy))
+
+    def delete(self, name: str) -> None:
+        """
+        Take an object out of the world.
+
+        :raises SimulationError: there is none of that name.
+        """
+        self._simulation.delete(name)
+
+    def entity(self, name: str) -> Matrix:
+        """
+        Return where an object is in the world (4, 4).
+
+        :raises SimulationError: there is none of that name.
+        """
+        return self._simulation.pose(name)
+
+    def digest(self) -> str:
+        """Return the simulation's digest; of a run in real time no two are equal."""
+        return str(self.robot.client.call('/simulation/digest', Trigger).message)
+
+    def touches(self, since: float | None = None) -> tuple[Touch, ...]:
+        """Raise; a running stack has no topic of its contacts."""
+        raise NotImplementedError("contacts are known with armsim(mode='inprocess') only")
+
+    def summary(self) -> str:
+        """Return where the arm is, in a line."""
+        at = ', '.join(f'{joint} {value:.4f}' for joint, value in self.positions.items())
+        return f'at {self.time:.3f} s: {at}'
+
+    def event_lines(self) -> list[str]:
+        """Return what the programs printed last."""
+        return self.robot.program.text.splitlines()
+
+    def save_artifacts(self, place: Path) -> Iterator[tuple[str, Path]]:
+        """Write what the programs printed."""
+        path = place.with_name(f'{place.name}.log')
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(self.robot.program.text, encoding='utf-8')
+        yield 'log', path
+        if self.robot.program.process.poll() is None:
+            answer = self.robot.client.call('/simulation/dump', Trigger)
+            if answer.success:
+                recording = place.with_name(f'{place.name}.mcap')
+                shutil.move(answer.message, recording)
+                yield 'recording', recording
+
+
+def _text(value: float | Sequence[float]) -> str:
+    return repr(value) if isinstance(value, float) else ','.join(map(repr, value))
+
+
+def _stamp_ns(message: JointState) -> int:
+    return message.header.stamp.sec * SECOND_NS + message.header.stamp.nanosec
