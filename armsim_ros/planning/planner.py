@@ -211,6 +211,10 @@ class MotionPlanner:
         with self._request() as context:
             return check_state(context, scene, q, group, constraints or Constraints())
 
+    def follows(self, scene: PlanningScene) -> bool:
+        """Return whether a scene's collisions are those of the last request: checks are quick."""
+        return self._context.checker.follows(scene)
+
     def path_fault(
         self, trajectory: JointTrajectory, from_time: float, scene: PlanningScene, group: str,
     ) -> str:

@@ -198,6 +198,17 @@ def test_free_state(six, six_scene, plan_for):
     assert report.contacts == ()
 
 
+def test_a_planner_follows_a_scene_that_collides_as_the_last(six, six_scene, add_box, plan_for):
+    """Another state of the robot changes nothing, an object does until a state was checked."""
+    planner = plan_for(six_scene)
+    six_scene.set_state(six.vector(dict(zip(SIX, BENT, strict=True))))
+    assert planner.follows(six_scene.snapshot())
+    add_box(six_scene, 'knot', (0.06, 0.06, 0.06), (3.0, 0.0, 0.0))
+    assert not planner.follows(six_scene.snapshot())
+    planner.check_state(six_scene, six_scene.q)
+    assert planner.follows(six_scene.snapshot())
+
+
 def test_self_collision(six, six_scene, plan_for):
     """SRV-21, SRV-22: a colliding state is not valid and names its pairs."""
     q = six.vector(dict(zip(SIX, FOLDED, strict=True)))

@@ -42,9 +42,11 @@ class CheckStateValidity:
         scene = context.started(present, start_state_from_message(request.robot_state))
         log_refused(scene, context.logger)
         constraints = constraints_from_message(request.constraints)
-        report = await context.queries.submit(
-            lambda: context.query_planner.check_state(
-                scene, scene.q, request.group_name, constraints))
+        planner = context.query_planner
+        submit = (context.queries.submit_short if planner.follows(scene) else
+                  context.queries.submit)
+        report = await submit(
+            lambda: planner.check_state(scene, scene.q, request.group_name, constraints))
         stamp = context.node.get_clock().now().to_msg()
         response.contacts = [
             contact_message(contact, context.frame, stamp) for contact in report.contacts]

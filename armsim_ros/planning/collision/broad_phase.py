@@ -21,6 +21,8 @@ CollisionTest = Callable[[Vector], bool]
 
 #: Visits of pairs by managers that cost as much as a comparison of two boxes on the same joint.
 PAIRS_OF_A_JOINT = 10
+#: Contacts that are requested of coal for a pair of shapes, to find the deepest.
+CONTACTS_OF_A_PAIR = 8
 #: Half the size [m] of the box around a plane, which has no end.
 _ENDLESS = 1e6
 _NOT_CONVEX = (coal.BVHModelBase, coal.OcTree, coal.Plane)
@@ -246,6 +248,24 @@ class BroadPhase:
                 hits.append(number)
         found[rows[hits], pairs[hits]] = True
         return found
+
+    def deepest(self, pair: int) -> tuple[Vector, Vector, float] | None:
+        """
+        Return the deepest contact of a pair where the shapes were placed last; None for none.
+
+        :returns: position (3,) [m] and unit normal (3,) from the first shape to the second, in
+            the model frame, and their distance [m].
+        """
+        data = self._geometry_data
+        request = data.collisionRequests[pair]
+        request.enable_contact, request.num_max_contacts = True, CONTACTS_OF_A_PAIR
+        pin.computeCollision(self._geometry, data, pair)
+        request.enable_contact, request.num_max_contacts = False, 1
+        contacts = data.collisionResults[pair].getContacts()
+        if not len(contacts):
+            return None
+        best = min(contacts, key=lambda contact: contact.penetration_depth)
+        return np.array(best.pos), np.array(best.normal), float(best.penetration_depth)
 
     def numbers(self, pair: int) -> tuple[int, int]:
         """Return the numbers of a pair's shapes."""

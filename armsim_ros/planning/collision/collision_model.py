@@ -57,6 +57,10 @@ class CollisionChecker:
             raise ValueError('a collision checker serves scenes of one kinematic model')
         self._scene = scene
 
+    def follows(self, scene: PlanningScene) -> bool:
+        """Return whether a scene collides as the last one did."""
+        return self._tables.holds(scene.content)
+
     # ---------------------------------------------------------------- questions
 
     def in_collision(
@@ -146,9 +150,9 @@ class CollisionChecker:
         """
         deepest: dict[tuple[BodyKey, BodyKey], Contact] = {}
         for tables in self._followed():
-            for first, second in tables.touching(group, q):
-                contact = _contact(tables, first, second)
-                key = (tables.shapes[first].body.key, tables.shapes[second].body.key)
+            for pair in tables.touching(group, q):
+                contact = _contact(tables, pair)
+                key = (contact.type1, contact.body1), (contact.type2, contact.body2)
                 if key not in deepest or contact.depth > deepest[key].depth:
                     deepest[key] = contact
         found = sorted(deepest.values(), key=lambda contact: -contact.depth)
@@ -244,19 +248,16 @@ def _in_order(tables: CollisionTables, *numbers: int) -> list[int]:
     return sorted(numbers, key=lambda number: (_ORDER[bodies[number].type], bodies[number].name))
 
 
-def _contact(tables: CollisionTables, first: int, second: int) -> Contact:
-    """Return the deepest contact of two shapes of a table, as its last query found them."""
-    first, second = _in_order(tables, first, second)
+def _contact(tables: CollisionTables, pair: int) -> Contact:
+    """Return the deepest contact of a pair of a table, as its last query found it."""
+    numbers = tables.exact.numbers(pair)
+    first, second = _in_order(tables, *numbers)
     a, b = tables.shapes[first].body, tables.shapes[second].body
-    pose_1, pose_2 = tables.exact.pose(first), tables.exact.pose(second)
-    result = tables.collide(first, second, pose_1, pose_2)
-    best = min(
-        result.getContacts(), key=lambda contact: contact.penetration_depth, default=None
-    )
-    if best is None:  # the two just graze each other, and this time did not
-        position, normal, depth = pose_1[:3, 3], np.zeros(3), 0.0
-    else:
-        position = np.array(best.pos, dtype=np.float64).reshape(3)
-        normal = np.array(best.normal, dtype=np.float64).reshape(3)
-        depth = max(0.0, tables.margin(first, second) - float(best.penetration_depth))
-    return Contact(a.name, b.name, a.type, b.type, position, normal, depth)
+    found = tables.exact.deepest(pair)
+    if found is None:  # the two just graze each other, and this time did not
+        return Contact(
+            a.name, b.name, a.type, b.type, tables.exact.pose(first)[:3, 3], np.zeros(3), 0.0)
+    position, normal, distance = found
+    return Contact(
+        a.name, b.name, a.type, b.type, position, normal if first == numbers[0] else -normal,
+        max(0.0, tables.margin(first, second) - distance))

@@ -59,10 +59,15 @@ class SceneTables:
 
     def follow(self, content: SceneContent) -> None:
         """Take over another content; what is the same is left alone."""
+        held = self.holds(content)
         before, self.content = self.content, content
-        if any(getattr(content, part) is not getattr(before, part) for part in PARTS):
+        if not held:
             self.edits += 1
             self._make(before)
+
+    def holds(self, content: SceneContent) -> bool:
+        """Return whether a content collides as the last one did."""
+        return all(getattr(content, part) is getattr(self.content, part) for part in PARTS)
 
     def _make(self, before: SceneContent) -> None:
         content, links = self.content, self._kinematics.robot.links

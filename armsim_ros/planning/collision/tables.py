@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-import coal
 import numpy as np
 
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.planning.budget import Poll, POLLED_STATES
+from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
 from armsim_ros.planning.collision.bodies import (
     BodyKey,
     margins,
@@ -23,9 +21,6 @@ from armsim_ros.planning.collision.broad_phase import BroadPhase, CollisionTest
 from armsim_ros.planning.collision.contact_query import ContactDistances, within_margins
 from armsim_ros.planning.collision.near_pairs import Exactly
 from armsim_ros.planning.scene.content import SceneContent
-
-#: Contacts that are asked of coal for one pair of shapes, to find the deepest.
-CONTACTS_OF_A_PAIR = 8
 
 
 class CollisionTables:
@@ -53,7 +48,7 @@ class CollisionTables:
         self._required = required_pairs(carried, standing, content.acm, among=among)
         self._joints = np.array([shape.joint for shape in self.shapes], dtype=np.intp)
         self._group_masks: dict[str | None, Mask] = {}
-        self._rigid_pairs: dict[str | None, list[tuple[int, int]]] = {}
+        self._rigid_pairs: dict[str | None, list[int]] = {}
         self._margins = margins(self.shapes, content)
         self._distances = ContactDistances([shape.exact for shape in self.shapes])
         within = self._within = self._distances.within(self._margins)
@@ -133,14 +128,13 @@ class CollisionTables:
         surely = self.hull.confirmed(self.ready(True, group, clearance))
         return lambda q: maybe(q) and bool(surely(q))
 
-    def touching(self, group: str | None, q: Vector) -> list[tuple[int, int]]:
-        """Return all pairs of shapes that touch in a state; :attr:`exact` has their poses."""
+    def touching(self, group: str | None, q: Vector) -> list[int]:
+        """Return all pairs that touch in a state; :attr:`exact` has their poses."""
         hull, exact = self.ready(False, group), self.ready(True, group)
         rigid = self.rigid_pairs(group)
         if not hull.test()(q) and not rigid:
             return []
-        moving = hull.confirmed(exact, every=True)(q)
-        return [*rigid, *(exact.numbers(pair) for pair in sorted(moving))]
+        return [*rigid, *sorted(hull.confirmed(exact, every=True)(q))]
 
     def near(
         self, states: Matrix, moved: Matrix | None, group: str | None, exact: Exactly,
@@ -178,20 +172,22 @@ class CollisionTables:
         found: Mask = (near & ~asked) | surely
         return found
 
-    def rigid_pairs(self, group: str | None) -> list[tuple[int, int]]:
+    def rigid_pairs(self, group: str | None) -> list[int]:
         """
-        Return the pairs of shapes that touch and that no joint moves against each other.
+        Return the pairs that touch and that no joint moves against each other.
 
         The manager leaves those out; the answer holds until the next edit.
         """
         found = self._rigid_pairs.get(group)
         if found is None:
-            joints = self._joints
-            pairs = np.argwhere(self.mask(group) & (joints[:, None] == joints[None, :]))
-            found = self._rigid_pairs[group] = [
-                (int(i), int(j)) for i, j in pairs
-                if self.collide(int(i), int(j), self.shapes[i].pose, self.shapes[j].pose)
-                .isCollision()]
+            found = self._rigid_pairs[group] = []
+            asked = self.mask(group) & (self._joints[:, None] == self._joints)
+            if asked.any():
+                exact = self.ready(True, group)
+                touching = exact.touching(
+                    np.zeros((1, self._kinematics.n)), asked[exact.pairs][None],
+                    self._within[exact.pairs][None], nothing, 1)
+                found += np.flatnonzero(touching).tolist()
         return found
 
     # ---------------------------------------------------------------- two shapes
@@ -204,20 +200,3 @@ class CollisionTables:
         """Return a distance found [m] without the padding; not positive where they touch."""
         left = distance - self.margin(first, second)
         return left if distance > self._within[first, second] else min(left, 0.0)
-
-    def collide(self, first: int, second: int, pose_1: Matrix, pose_2: Matrix) -> Any:
-        """Return coal's result for two shapes at poses (4, 4) in a common frame."""
-        request = coal.CollisionRequest()
-        request.enable_contact = True
-        request.num_max_contacts = CONTACTS_OF_A_PAIR
-        request.security_margin = float(self._within[first, second])
-        result = coal.CollisionResult()
-        coal.collide(
-            self.shapes[first].exact,
-            coal.Transform3s(pose_1[:3, :3], pose_1[:3, 3]),
-            self.shapes[second].exact,
-            coal.Transform3s(pose_2[:3, :3], pose_2[:3, 3]),
-            request,
-            result,
-        )
-        return result

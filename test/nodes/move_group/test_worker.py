@@ -115,3 +115,22 @@ def test_idle_means_that_all_before_is_done(worker: Worker, executor: Woken) -> 
     for _ in waiting:
         pass
     assert seen == [1]
+
+
+def test_short_work_is_done_at_once_where_nothing_waits(worker: Worker) -> None:
+    """It needs no thread but the caller's, and its errors are raised where it is awaited."""
+    job = worker.submit_short(threading.get_ident)
+    assert job.done()
+    assert job.result() == threading.get_ident()
+    with pytest.raises(ZeroDivisionError):
+        worker.submit_short(lambda: 1 // 0).result()
+
+
+def test_short_work_waits_behind_other_jobs(worker: Worker, executor: Woken) -> None:
+    """It does not overtake what was submitted before, and the thread does it."""
+    gate = threading.Event()
+    first = worker.submit(lambda: gate.wait(PATIENCE))
+    second = worker.submit_short(threading.get_ident)
+    assert not second.done()
+    gate.set()
+    assert done(executor, first, second)[1] != threading.get_ident()
