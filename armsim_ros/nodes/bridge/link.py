@@ -54,7 +54,7 @@ class BridgeLink(RosClient):
         self.loop, self.ros_args = loop, ros_args
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
-        self._answers: dict[Callable[[], Types], tuple[Types, float]] = {}
+        self._answers: dict[Callable[[], Types], Types] = {}
         self._explaining = asyncio.Lock()
 
     async def run(self, work: Callable[[], T]) -> T:
@@ -137,12 +137,10 @@ class BridgeLink(RosClient):
 
     def _recent(self, ask: Callable[[], Types]) -> Types:
         """Return an answer of the graph, which all share who ask in the same moment."""
-        now = self.loop.time()
-        found, until = self._answers.get(ask, ({}, now))
-        if now >= until:
-            found = ask()
-            self._answers[ask] = found, now + _PAUSE / 2
-        return found
+        if ask not in self._answers:
+            self._answers[ask] = ask()
+            self.loop.call_later(_PAUSE / 2, self._answers.pop, ask)
+        return self._answers[ask]
 
     def _served(self, name: str) -> list[str] | None:
         """Return the types of a service, None where it has no server."""

@@ -23,13 +23,14 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 from rosapi_msgs import srv
 from rosapi_msgs.msg import TypeDef
-from rosbridge_msgs.msg import ConnectedClient, ConnectedClients
+from rosbridge_msgs.msg import ConnectedClients
 from std_msgs.msg import Int32
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.conversion.fields import fields_of, FieldType, Kind, Shape
+from armsim_ros.nodes.bridge.conversion.incoming import serialized
 from armsim_ros.nodes.bridge.conversion.outgoing import values_of
 from armsim_ros.nodes.bridge.interfaces import full_name, installed, load
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -67,7 +68,7 @@ class RosApi:
                  ) -> None:
         self._link = link
         self._parameters = Parameters(link, settings.params_glob)
-        self._since: dict[Client, Time] = {}
+        self._since: dict[Client, dict[str, int]] = {}
         self.services: dict[str, tuple[type[Any], Respond]] = {}
         for name, answer in self._answers().items():
             kind = getattr(srv, name)
@@ -79,22 +80,21 @@ class RosApi:
 
     def show_clients(self, clients: Iterable[Client]) -> None:
         """Publish which clients are connected; once for all that come and go in a moment."""
-        now = self._time()
+        now = self._stamp()
         self._since = {client: self._since.get(client, now) for client in clients}
         if self._publishers is not None and self._showing is None:
             self._showing = self._link.loop.call_later(_MOMENT, self._show, *self._publishers)
 
     def _show(self, count: Any, list_of_all: Any) -> None:
         self._showing = None
-        shown = [ConnectedClient(ip_address=client.address, connection_time=since)
-                 for client, since in self._since.items()]
+        clients = [{'ip_address': client.address, 'connection_time': since}
+                   for client, since in self._since.items()]
         with suppress(InvalidHandle):  # the program ends
-            count.publish(Int32(data=len(shown)))
-            list_of_all.publish(ConnectedClients(clients=shown))
+            count.publish(serialized(Int32, {'data': len(clients)}, self._link.now))
+            list_of_all.publish(serialized(ConnectedClients, {'clients': clients}, self._link.now))
 
-    def _time(self) -> Time:
-        seconds, nanoseconds = self._link.now()
-        return Time(sec=seconds, nanosec=nanoseconds)
+    def _stamp(self) -> dict[str, Any]:
+        return dict(zip(('sec', 'nanosec'), self._link.now(), strict=True))
 
     def _make(self) -> None:
         """Make node and endpoints; in the link's thread."""
@@ -161,7 +161,7 @@ class RosApi:
             'DeleteParam': lambda request: _outcome(parameters.delete(request.name)),
             'HasParam': self._has_param,
             'GetParamNames': self._param_names,
-            'GetTime': lambda _: {'time': self._time()},
+            'GetTime': lambda _: {'time': Time(**self._stamp())},
             'GetROSVersion': lambda _: {
                 'version': 2, 'distro': os.environ.get('ROS_DISTRO') or 'jazzy'},
         }

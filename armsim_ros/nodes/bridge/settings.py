@@ -214,7 +214,7 @@ class Permissions:
         :param name: the full name.
         :raises RefusalError: it is not allowed.
         """
-        patterns: tuple[str, ...] = getattr(self, f'{kind}s')
+        patterns = {'topic': self.topics, 'service': self.services, 'action': self.actions}[kind]
         if patterns and not any(fnmatchcase(name, pattern) for pattern in patterns):
             raise RefusalError(f'not allowed here: {kind}s_glob is [{", ".join(patterns)}]')
         if self.read_only and (op in _CHANGING or (op == 'call_service' and not _reads(name))):

@@ -107,6 +107,11 @@ def to_cbor(value: Any) -> list[bytes | memoryview]:
     return [first, *(part for pair in zip(views, others, strict=True) for part in pair)]
 
 
+# With the first value of an unknown type cbor2 imports the modules of all types that it knows:
+# half a megabyte, which would stay where what is needed for a moment could be returned.
+to_cbor(Packed(memoryview(b'')))
+
+
 def _read_all(cls: type[Any], read: Read, raw: bytes | memoryview) -> Plain:
     if raw[:len(HEAD)] != HEAD:  # of a machine with another order of bytes
         raw = serialize_message(deserialize_message(bytes(raw), cls))
