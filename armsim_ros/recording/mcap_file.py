@@ -5,15 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 from pathlib import Path
-import re
 from typing import Any, TYPE_CHECKING
 
 from mcap_ros2.writer import Writer
 
 from armsim_ros.control.mailbox import ControllerEvent
-from armsim_ros.resources import share_folder
+from armsim_ros.recording.message_definitions import message_definition
 from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
 
 if TYPE_CHECKING:
@@ -167,65 +165,3 @@ def _transform(
 def _log(time_ns: int, level: int, name: str, text: str) -> Message:
     return {'stamp': _stamp(time_ns), 'level': level, 'name': name, 'msg': text,
             'file': '', 'function': '', 'line': 0}
-
-
-_SEPARATOR = '=' * 80
-_FIELD = re.compile(r'^([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[a-z]\w*', re.MULTILINE)
-_PLAIN = frozenset((
-    'bool', 'byte', 'char', 'float32', 'float64', 'string', 'wstring',
-    *(f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)),
-))
-
-
-@lru_cache
-def message_definition(datatype: str) -> str:
-    """
-    Return the definition of a message type with those of all types in it.
-
-    :param datatype: such as ``sensor_msgs/msg/JointState``.
-    :raises ResourceError: the type or a nested type is not installed.
-    """
-    package, _, name = datatype.split('/')
-    texts: dict[str, str] = {}
-    _collect(package, name, texts)
-    first = texts.pop(f'{package}/{name}')
-    rest = [f'{_SEPARATOR}\nMSG: {key}\n{text}' for key, text in texts.items()]
-    return '\n'.join([first, *rest])
-
-
-def text_definition(package: str, text: str) -> str:
-    """
-    Return a text of fields with the definitions of all types in it.
-
-    :param package: of types that are named without one.
-    :raises ResourceError: a nested type is not installed.
-    """
-    text = _without_comments(text)
-    texts: dict[str, str] = {}
-    _collect_fields(package, text, texts)
-    return '\n'.join([text, *(f'{_SEPARATOR}\nMSG: {key}\n{found}'
-                              for key, found in texts.items())])
-
-
-def _collect(package: str, name: str, texts: dict[str, str]) -> None:
-    key = f'{package}/{name}'
-    if key in texts:
-        return
-    text = _without_comments((share_folder(package) / 'msg' / f'{name}.msg').read_text('utf-8'))
-    texts[key] = text
-    _collect_fields(package, text, texts)
-
-
-def _collect_fields(package: str, text: str, texts: dict[str, str]) -> None:
-    for found in _FIELD.findall(text):
-        if found in _PLAIN:
-            continue
-        *prefix, kind = found.split('/')
-        owner = prefix[0] if prefix else 'std_msgs' if kind == 'Header' else package
-        _collect(owner, kind, texts)
-
-
-def _without_comments(text: str) -> str:
-    lines = (line.partition('#')[0].rstrip() if '"' not in line else line.rstrip()
-             for line in text.splitlines())
-    return '\n'.join(line for line in lines if line) + '\n'

@@ -5,7 +5,7 @@
 import pytest
 
 from armsim_ros.errors import ResourceError
-from armsim_ros.recording.mcap_file import message_definition
+from armsim_ros.recording.message_definitions import message_definition
 
 
 def test_a_definition_has_those_of_all_types_in_it():

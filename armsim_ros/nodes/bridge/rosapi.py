@@ -38,7 +38,7 @@ from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.polling_node import GuardedNode
 from armsim_ros.nodes.serving.json_text import to_json
-from armsim_ros.recording.mcap_file import message_definition
+from armsim_ros.recording.message_definitions import message_definition
 
 #: Names of services that do not follow from their types.
 _NAMES = {'GetActionServers': 'action_servers', 'GetROSVersion': 'get_ros_version'}

@@ -329,8 +329,8 @@ class BroadPhase:
         """Put a box around each of g shapes; see :attr:`_boxes`."""
         boxes = [shape.aabb_local for _, _, shape in self._shapes]
         low, high = np.clip([[box.min_ for box in boxes], [box.max_ for box in boxes]],
-                            -_ENDLESS, _ENDLESS)
-        poses = np.array([pose for _, pose, _ in self._shapes])
+                            -_ENDLESS, _ENDLESS).reshape(2, -1, 3)
+        poses = np.array([pose for _, pose, _ in self._shapes]).reshape(-1, 4, 4)
         rotations = poses[:, :3, :3]
         centres = np.einsum('gab,gb->ga', rotations, 0.5 * (low + high)) + poses[:, :3, 3]
         return centres, np.einsum('gab,gb->ga', np.abs(rotations), 0.5 * (high - low))

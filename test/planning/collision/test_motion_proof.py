@@ -4,9 +4,12 @@
 
 import numpy as np
 import pytest
+from small_arms import serial_arm
 
+from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.collision.motion_proof import first_blocked
 from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 STEP = 0.01
 
@@ -20,6 +23,14 @@ def validity(planar_scene, log):
 def test_free_motion(validity):
     """A motion far from everything is free."""
     assert first_blocked(np.array([[0.0, 0.2, 0.2], [1.0, 0.4, 0.1]]), validity, STEP) is None
+
+
+def test_a_robot_without_shapes_is_free(log):
+    """Nothing blocks the motion of links that have no geometry."""
+    arm = serial_arm('bare', [((0.0, 0.0, 0.1), (0.0, 0.0, 0.0), np.array([0.0, 0.0, 1.0]))])
+    scene = PlanningScene(KinematicModel(arm))
+    validity = PlanningContext(scene, log=log).validity(scene, 'arm')
+    assert first_blocked(np.array([[0.0], [1.0]]), validity, STEP) is None
 
 
 def test_no_motion(validity):

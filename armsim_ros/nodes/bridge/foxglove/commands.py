@@ -22,7 +22,7 @@ from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.parameters import Parameters, plain_value
 from armsim_ros.nodes.bridge.publishers import profile
 from armsim_ros.nodes.bridge.settings import Permissions
-from armsim_ros.recording.mcap_file import text_definition
+from armsim_ros.recording.message_definitions import text_definition
 from armsim_ros.resources import share_folder
 
 #: The longest wait for a service [s].

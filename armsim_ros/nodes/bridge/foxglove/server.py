@@ -30,7 +30,7 @@ from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
 from armsim_ros.nodes.serving.access import Gate
 from armsim_ros.nodes.serving.ports import ServingError
-from armsim_ros.recording.mcap_file import message_definition
+from armsim_ros.recording.message_definitions import message_definition
 
 #: How often changes of the graph are noticed [s].
 _RENEWAL = 0.5

@@ -235,12 +235,12 @@ def test_a_second_trajectory_is_sampled_from_its_own_start(
 ) -> None:
     """Times of a new trajectory count from its start, positions from where the old one was."""
     sampled.goal(sampled.to([0.6, 0.0], 0.6)).wait_for_feedback(3)
-    goal = sampled.goal(sampled.to([0.0, 0.4], 0.4))
+    goal = sampled.goal(sampled.to([0.0, 0.4], 1.6))
     assert goal.result().status == SUCCEEDED
-    samples = [s for s in feedback_samples(goal)[1:] if s.time < 0.4]
+    samples = [s for s in feedback_samples(goal)[1:] if s.time < 1.6]
     assert samples, 'no feedback'
     for sample in samples:
-        assert sample.positions[1] == pytest.approx(sample.time, abs=1e-6)
+        assert sample.positions[1] == pytest.approx(sample.time / 4, abs=1e-6)
     slopes = {round(s.velocities[0], 6) for s in samples}
     assert len(slopes) == 1
     start = samples[0].positions[0] - samples[0].time * samples[0].velocities[0]

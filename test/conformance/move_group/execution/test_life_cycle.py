@@ -297,7 +297,7 @@ def test_executed_trajectory(home: Any) -> None:
     assert ended.code == 'SUCCESS'
     assert not ended.result.executed_trajectory.joint_trajectory.points
     assert home.parameters.set(name, 10.0) == ''
-    ended = home.move(next(iter(home.states)), max_velocity_scaling_factor=0.2)
+    ended = home.move(next(iter(home.states)), max_velocity_scaling_factor=0.1)
     assert home.parameters.set(name, 0.0) == ''
     trajectory = ended.result.executed_trajectory.joint_trajectory
     assert len(trajectory.points) > 2
