@@ -20,7 +20,7 @@ from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.env.actions import ActionKind, Actions, KINDS, Observations
 from armsim_ros.env.motion import JointMotion, Motion
 from armsim_ros.env.options import checked_choices, EnvState, own_options
-from armsim_ros.env.ranges import drawn, Episode, Quantity, ranges_from, stream
+from armsim_ros.env.ranges import drawn, Episode, Quantity, Ranges, ranges_from, stream
 from armsim_ros.env.rendering import Renderer, View, view_from
 from armsim_ros.env.variation import Pushes, Variation
 from armsim_ros.errors import ConfigError, Problem, SimulationError
@@ -184,10 +184,14 @@ class ArmEnv(Env[Any, Any]):
         super().reset(seed=seed)
         given = own_options(options or {}, self._known)
         ranges = {**self._ranges, **ranges_from(given, self._known, 'options')}
-        self._begin(drawn(ranges, self.np_random))
+        self._draw(ranges)
         values = {path: list(value) if isinstance(value, tuple) else value
                   for path, value in self._episode.values.items()}
         return self.observe(), {**self._info(), 'randomization': values}
+
+    def _draw(self, ranges: Ranges) -> None:
+        """Draw an episode and begin it."""
+        self._begin(drawn(ranges, self.np_random))
 
     def step(self, action: Vector) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """
