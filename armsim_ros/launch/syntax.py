@@ -24,7 +24,7 @@ class Element:
 
     def __init__(
         self, name: str, attributes: Mapping[str, Any], children: Sequence[Element] = (),
-        where: Location | None = None,
+        where: Location | None = None
     ) -> None:
         self.type_name = name
         self.attributes = dict(attributes)

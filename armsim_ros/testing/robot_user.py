@@ -78,7 +78,8 @@ class RobotUser:
 
 @contextmanager
 def running_robot(
-    *arguments: str, namespace: str = '', domain: int | None = None) -> Iterator[RobotUser]:
+    *arguments: str, namespace: str = '', domain: int | None = None
+) -> Iterator[RobotUser]:
     """
     Bring a robot up on a private domain for the time of the context.
 

@@ -114,7 +114,8 @@ class SharedStack:
         self._started: StartedStack | None = None
 
     def at_start(
-        self, key: Hashable, arguments: Sequence[str], namespace: Callable[[], str]) -> RobotUser:
+        self, key: Hashable, arguments: Sequence[str], namespace: Callable[[], str]
+    ) -> RobotUser:
         """
         Return a stack as it is after its start.
 

@@ -110,7 +110,8 @@ def _requests(stack: Stack, group: str, tip: str) -> dict[str, Callable[[], Any]
 
 
 def _cancelled(
-    stack: Stack, topic: str, goal: dict[str, float], runs: int) -> dict[str, list[float]]:
+    stack: Stack, topic: str, goal: dict[str, float], runs: int
+) -> dict[str, list[float]]:
     """Start motions and cancel them; return the times to the answer and to standstill [ms]."""
     client = stack.client
     states = client.collect(topic, JointState)

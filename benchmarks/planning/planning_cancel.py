@@ -62,7 +62,8 @@ def main(options: Options) -> None:
 
 
 def plan_goal(
-    group: str, planner: str, start: dict[str, float], goal: dict[str, float]) -> MoveGroup.Goal:
+    group: str, planner: str, start: dict[str, float], goal: dict[str, float]
+) -> MoveGroup.Goal:
     """Return a goal that is planned with a planner, from one state to another."""
     message = MoveGroup.Goal()
     message.planning_options.plan_only = True

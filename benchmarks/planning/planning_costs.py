@@ -148,7 +148,7 @@ def _request(group: str, start: dict[str, float], goal: dict[str, float]) -> Mot
 
 def _cancel(
     planner: MotionPlanner, scene: PlanningScene, group: str,
-    states: dict[str, dict[str, float]], runs: int,
+    states: dict[str, dict[str, float]], runs: int
 ) -> None:
     """Cancel plans at every stage; print how long the answer takes from then."""
     waits = []
@@ -177,8 +177,7 @@ def _cancel(
 
 
 def _longest_silence(
-    planner: MotionPlanner, scene: PlanningScene, group: str,
-    states: dict[str, dict[str, float]],
+    planner: MotionPlanner, scene: PlanningScene, group: str, states: dict[str, dict[str, float]],
 ) -> None:
     """Print the longest time in which a plan does not ask whether it is still wanted."""
     gaps: list[float] = []

@@ -101,7 +101,8 @@ def _edit(scene: PlanningScene, group: str, rng: np.random.Generator, number: in
 
 
 def _request(
-    group: str, start: dict[str, float], goal: dict[str, float], seed: int) -> MotionPlanRequest:
+    group: str, start: dict[str, float], goal: dict[str, float], seed: int
+) -> MotionPlanRequest:
     joints = tuple(JointConstraint(name, value, 1e-4, 1e-4) for name, value in goal.items())
     return MotionPlanRequest(
         group, (Constraints(joints),), StartState.from_positions(start), seed=seed,
