@@ -21,12 +21,7 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from rcl_interfaces.msg import ParameterDescriptor
-from rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    ListParameters,
-    SetParameters,
-)
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from armsim_ros.nodes.conversions.controller_manager import state_message

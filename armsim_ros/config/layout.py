@@ -19,13 +19,7 @@ from armsim_ros.config.draft import BLOCKS, ConfigDraft, empty_node, KEEP_KEYS, 
 from armsim_ros.config.move_group.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml_node import (
-    is_ros2_file,
-    merge_nodes,
-    ROS2_KEY,
-    split_keys,
-    YamlNode,
-)
+from armsim_ros.config.yaml_node import is_ros2_file, merge_nodes, ROS2_KEY, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 _CONTROLLER_KEYS = frozenset(

@@ -9,14 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import (
-    ConfigError,
-    Location,
-    ModelError,
-    Problem,
-    ResourceError,
-    Severity,
-)
+from armsim_ros.errors import ConfigError, Location, ModelError, Problem, ResourceError, Severity
 from armsim_ros.model.cross_check import check_description, check_settings
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf, UrdfContent

@@ -14,11 +14,7 @@ from sensor_msgs.msg import JointState
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.clients.move_group import MoveGroupClient
-from armsim_ros.clients.trajectory import (
-    Outcome,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import Outcome, trajectory_message, TrajectoryClient
 from armsim_ros.testing.program import private_domain, Program, start_program
 
 READY = 'You can start planning now!'
