@@ -27,11 +27,7 @@ if TYPE_CHECKING:
     from armsim_ros.model.transforms import pose_from_quat_xyzw, pose_matrix
     from armsim_ros.model.world_objects import WorldObject
     from armsim_ros.planning.planner import MotionPlanner
-    from armsim_ros.planning.request import (
-        Constraints,
-        MotionPlanRequest,
-        MotionPlanResponse,
-    )
+    from armsim_ros.planning.request import Constraints, MotionPlanRequest, MotionPlanResponse
     from armsim_ros.stack import ArmSim
     from armsim_ros.trajectory import JointTrajectory
 

@@ -28,12 +28,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / 'test' / 'support')]
 
 from public_robots import public_urdf  # noqa: E402
 
-from armsim_ros.testing.page_user import (  # noqa: E402
-    launch_chromium,
-    PageUser,
-    printed_address,
-    robot_is_seen,
-)
+from armsim_ros.testing.page_user import launch_chromium, PageUser, printed_address, robot_is_seen  # noqa: E402
 from armsim_ros.testing.program import private_domain, start_program  # noqa: E402
 from armsim_ros.testing.robot_user import READY  # noqa: E402
 from armsim_ros.tools.generate_config.main import generate_config  # noqa: E402

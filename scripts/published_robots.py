@@ -252,11 +252,7 @@ def _bring_up(row: Row) -> None:
 
 def _move(robot: Robot) -> str:
     """Move each active trajectory controller a little and back; return how many moved."""
-    from armsim_ros.clients.trajectory import (
-        SUCCEEDED,
-        trajectory_message,
-        TrajectoryClient,
-    )
+    from armsim_ros.clients.trajectory import SUCCEEDED, trajectory_message, TrajectoryClient
 
     limits = robot.limits()
     arms: list[ControllerState] = []

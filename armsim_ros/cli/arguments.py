@@ -221,8 +221,9 @@ def format_help(program: str, summary: str) -> str:
     """Return the text of ``--help`` of a program with these arguments."""
     rows = []
     for entry in argument_table():
+        note = f' (default: {to_word(entry.default)})' if entry.default != '' else ''
         rows.append((f"{entry.name}:={entry.metadata['placeholder']}",
-                     f"{entry.metadata['description']}{_default_note(entry.default)}"))
+                     f"{entry.metadata['description']}{note}"))
     rows.append(('--ros-args ...', 'remappings and parameters, as for any ROS 2 program'))
     width = max(len(left) for left, _ in rows)
     lines = [f'  {left:<{width}}  {right}' for left, right in rows]
@@ -265,10 +266,6 @@ def _to_flag(name: str, text: str) -> bool:
     if text.lower() in FALSE_WORDS:
         return False
     raise UsageError(f"argument '{name}' is '{text}'; allowed: true, false")
-
-
-def _default_note(default: object) -> str:
-    return f' (default: {to_word(default)})' if default != '' else ''
 
 
 def _unknown(word: str, name: str, known: tuple[str, ...]) -> str:

@@ -17,10 +17,8 @@ from armsim_ros.clients.node import GoalRun, SpinningNode
 from armsim_ros.errors import SimulationError
 
 LATCHED = QoSProfile(
-    depth=10,
-    reliability=QoSReliabilityPolicy.RELIABLE,
-    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-)
+    depth=10, reliability=QoSReliabilityPolicy.RELIABLE,
+    durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 PATIENCE = 30.0
@@ -53,7 +51,8 @@ class ClientNode(SpinningNode):
     names: ClassVar[set[str]] = set()
 
     def __init__(
-        self, domain: int | None = None, name: str = 'client', namespace: str = '/') -> None:
+        self, domain: int | None = None, name: str = 'client', namespace: str = '/'
+    ) -> None:
         self.names.add(name)
         super().__init__(name, domain=domain, namespace=namespace)
 
@@ -168,7 +167,8 @@ class Collector:
     """
 
     def __init__(
-        self, client: ClientNode, topic: str, kind: type[Any], qos: QoSProfile | int) -> None:
+        self, client: ClientNode, topic: str, kind: type[Any], qos: QoSProfile | int
+    ) -> None:
         self.topic = topic
         self._messages: list[Any] = []
         self._condition = threading.Condition()

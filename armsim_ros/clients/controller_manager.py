@@ -21,12 +21,7 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from rcl_interfaces.msg import ParameterDescriptor
-from rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    ListParameters,
-    SetParameters,
-)
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from armsim_ros.nodes.conversions.controller_manager import state_message
@@ -134,22 +129,13 @@ class ControllerManagerClient:
         return self._call('list_hardware_interfaces', ListHardwareInterfaces)
 
     def switch(
-        self,
-        *,
-        activate: Sequence[str] = (),
-        deactivate: Sequence[str] = (),
-        strictness: int = STRICT,
-        timeout: float = 0.0,
-        asap: bool = False,
+        self, *, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        strictness: int = STRICT, timeout: float = 0.0, asap: bool = False
     ) -> Any:
         """Switch controllers and return the response (ok, message)."""
         request = SwitchController.Request(
-            activate_controllers=list(activate),
-            deactivate_controllers=list(deactivate),
-            strictness=strictness,
-            activate_asap=asap,
-            timeout=duration_from_seconds(timeout),
-        )
+            activate_controllers=list(activate), deactivate_controllers=list(deactivate),
+            strictness=strictness, activate_asap=asap, timeout=duration_from_seconds(timeout))
         return self._call('switch_controller', SwitchController, request)
 
     def load(self, name: str) -> bool:

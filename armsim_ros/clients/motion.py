@@ -65,16 +65,9 @@ def joint_goal(target: Mapping[str, float]) -> Constraints:
 
 
 def plan_goal(
-    group: str,
-    target: Mapping[str, float],
-    *,
-    start: Mapping[str, float] | None = None,
-    speed: float = 1.0,
-    acceleration: float = 1.0,
-    pipeline: str = '',
-    planner: str = '',
-    planning_time: float = 5.0,
-    plan_only: bool = True,
+    group: str, target: Mapping[str, float], *, start: Mapping[str, float] | None = None,
+    speed: float = 1.0, acceleration: float = 1.0, pipeline: str = '', planner: str = '',
+    planning_time: float = 5.0, plan_only: bool = True
 ) -> MoveGroup.Goal:
     """
     Return the goal of ``/move_action`` that leads a group to joint positions.

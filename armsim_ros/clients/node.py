@@ -69,7 +69,7 @@ class SpinningNode:
 
     def __init__(
         self, name: str, ros_args: Sequence[str] = (), *, domain: int | None = None,
-        kind: type[Node] = Node, **options: Any,
+        kind: type[Node] = Node, **options: Any
     ) -> None:
         self.context = Context()
         rclpy.init(args=[name, *ros_args], context=self.context, domain_id=domain,

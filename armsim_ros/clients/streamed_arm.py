@@ -60,7 +60,7 @@ class StreamedArm:
 
     def __init__(
         self, client: ClientNode, cell: Cell, *, controller: str = '',
-        cameras: Mapping[str, str] | None = None, timeout: float = FIRST_MESSAGE,
+        cameras: Mapping[str, str] | None = None, timeout: float = FIRST_MESSAGE
     ) -> None:
         self._client, self._robot = client, cell.robots[0]
         self._namespace = self._robot.settings.namespace

@@ -81,7 +81,8 @@ class RunningTaskArm:
     """
 
     def __init__(
-        self, task: TaskEnv, client: ClientNode, namespace: str, *, lockstep: bool) -> None:
+        self, task: TaskEnv, client: ClientNode, namespace: str, *, lockstep: bool
+    ) -> None:
         self.timing = Timing()
         self._task, self._client, self._namespace = task, client, namespace
         self._lockstep = lockstep
@@ -245,7 +246,8 @@ class TaskOverRos(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 @contextmanager
 def task_over_ros(
-    env: gymnasium.Env[Any, Any], robot: str, *, lockstep: bool) -> Iterator[TaskOverRos]:
+    env: gymnasium.Env[Any, Any], robot: str, *, lockstep: bool
+) -> Iterator[TaskOverRos]:
     """
     Start the simulation of a task's robot and give the task's environment over ROS.
 

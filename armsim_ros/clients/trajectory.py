@@ -36,9 +36,8 @@ class Outcome:
 
 
 def trajectory_message(
-    joint_names: Sequence[str],
-    points: Sequence[tuple[float, Sequence[float]]],
-    velocities: Sequence[Sequence[float]] | None = None,
+    joint_names: Sequence[str], points: Sequence[tuple[float, Sequence[float]]],
+    velocities: Sequence[Sequence[float]] | None = None
 ) -> JointTrajectory:
     """
     Return a trajectory.
@@ -126,10 +125,8 @@ class TrajectoryClient:
         )
         # Transient-local, so that a message published before the two have met is not lost.
         qos = QoSProfile(
-            depth=1,
-            reliability=QoSReliabilityPolicy.RELIABLE,
-            durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
-        )
+            depth=1, reliability=QoSReliabilityPolicy.RELIABLE,
+            durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         self._publisher = client.node.create_publisher(
             JointTrajectory, f'{controller}/joint_trajectory', qos)
 
@@ -139,12 +136,8 @@ class TrajectoryClient:
             f'no action server {self._name} in {timeout} s')
 
     def send(
-        self,
-        trajectory: JointTrajectory,
-        *,
-        path_tolerance: Mapping[str, float] | None = None,
-        goal_tolerance: Mapping[str, float] | None = None,
-        goal_time_tolerance: float = 0.0,
+        self, trajectory: JointTrajectory, *, path_tolerance: Mapping[str, float] | None = None,
+        goal_tolerance: Mapping[str, float] | None = None, goal_time_tolerance: float = 0.0,
     ) -> Goal:
         """
         Send a goal and return at once.
@@ -155,11 +148,9 @@ class TrajectoryClient:
         """
         return self.send_goal(
             FollowJointTrajectory.Goal(
-                trajectory=trajectory,
-                path_tolerance=_tolerances(path_tolerance or {}),
+                trajectory=trajectory, path_tolerance=_tolerances(path_tolerance or {}),
                 goal_tolerance=_tolerances(goal_tolerance or {}),
-                goal_time_tolerance=duration_from_seconds(goal_time_tolerance),
-            ))
+                goal_time_tolerance=duration_from_seconds(goal_time_tolerance)))
 
     def send_goal(self, message: FollowJointTrajectory.Goal) -> Goal:
         """Send a goal message as it is and return at once."""

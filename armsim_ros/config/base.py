@@ -122,13 +122,8 @@ _ONE_OF = re.compile(r'^Input should be (.+)$')
 
 
 def read_settings(
-    kind: type[AnySettings],
-    node: YamlNode,
-    problems: list[Problem],
-    *,
-    title: str,
-    unused: Mapping[str, str] | None = None,
-    tolerant: bool = True,
+    kind: type[AnySettings], node: YamlNode, problems: list[Problem], *, title: str,
+    unused: Mapping[str, str] | None = None, tolerant: bool = True
 ) -> AnySettings | None:
     """
     Return a block as checked settings, None where it has errors.
@@ -167,7 +162,8 @@ def read_settings(
 
 
 def drop_unused(
-    node: YamlNode, unused: Mapping[str, str], problems: list[Problem], *, title: str) -> YamlNode:
+    node: YamlNode, unused: Mapping[str, str], problems: list[Problem], *, title: str
+) -> YamlNode:
     """Return a mapping without the keys that nothing here reads; each gives a remark."""
     found = [key for key in node.entries if key in unused]
     for key in found:

@@ -19,7 +19,7 @@ from armsim_ros.config.draft import BLOCKS, ConfigDraft, empty_node, KEEP_KEYS, 
 from armsim_ros.config.move_group.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.world import WorldSettings
-from armsim_ros.config.yaml_node import merge_nodes, ROS2_KEY, split_keys, YamlNode
+from armsim_ros.config.yaml_node import is_ros2_file, merge_nodes, ROS2_KEY, split_keys, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 _CONTROLLER_KEYS = frozenset(
@@ -57,7 +57,7 @@ class LayoutReader:
 
         :param stem: the file's name without its ending.
         """
-        if _has_ros2_key(root):
+        if is_ros2_file(root):
             self._read_nodes(root)
         elif stem == 'simulation':
             self._take_simulation(root)
@@ -246,10 +246,6 @@ class LayoutReader:
         self._draft.problems.append(ignored(Problem(
             f"key '{key}' is not known in this file", node.place,
             '' if remedy else ', '.join(known), remedy)))
-
-
-def _has_ros2_key(node: YamlNode) -> bool:
-    return any(ROS2_KEY in inner.entries for inner in node.walk())
 
 
 def _is_controller(node: YamlNode) -> bool:

@@ -67,12 +67,8 @@ def load_robot_settings(
 
 
 def survey_robot_settings(
-    robot: str = 'sunday',
-    *,
-    world: str | Path | None = None,
-    namespace: str | None = None,
-    overrides: Mapping[str, object] | None = None,
-    **sources: Unpack[FileOptions],
+    robot: str = 'sunday', *, world: str | Path | None = None, namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None, **sources: Unpack[FileOptions],
 ) -> RobotSettings:
     """
     Read the same as :func:`load_robot_settings`, and continue despite errors.
@@ -90,11 +86,8 @@ def survey_robot_settings(
 
 
 def survey_files(
-    files: RobotFolder,
-    *,
-    world: str | Path | None = None,
-    namespace: str | None = None,
-    overrides: Mapping[str, object] | None = None,
+    files: RobotFolder, *, world: str | Path | None = None, namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None
 ) -> RobotSettings:
     """
     Read the same of files that were found already; of a cell, those that lie in its own folder.

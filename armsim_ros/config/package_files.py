@@ -217,9 +217,10 @@ class PackageFiles:
             for file in named:
                 if file.name == f'{word}{_CONTROLLERS}':
                     return file
-        by_content = [file for file in self._controller_files()
-                      if MOVEIT_MANAGER in _text(file) or 'controller_names' in _text(file)
-                      or 'controller_list' in _text(file)]
+        marks = (MOVEIT_MANAGER, 'controller_names', 'controller_list')
+        by_content = [file for file in self.settings_files()
+                      if 'controllers' in file.name and file.name not in _NEVER_MOVEITS
+                      and any(mark in _text(file) for mark in marks)]
         for candidates in (named, by_content):
             if len(candidates) == 1 and candidates[0] in by_content:
                 return candidates[0]
@@ -261,11 +262,7 @@ class PackageFiles:
             if name and (self.folder / 'config' / f'{name}.urdf.xacro').is_file():
                 return name
         only = [_stem(file.name) for file in self._with_endings(('config',), ('.urdf.xacro',))]
-        return only[0] if len(only) == 1 else self._described_name() or folder
-
-    def _described_name(self) -> str:
-        """Return the name of the SRDF or URDF that the setup assistant used."""
-        return _stem(self.assistant.srdf_path) or _stem(self.assistant.urdf_path)
+        return only[0] if len(only) == 1 else next(filter(None, names[1:3]), folder)
 
     def _assistants_urdf(self) -> Path | None:
         assistant, where = self.assistant, self.assistant.where.get('urdf')
@@ -282,10 +279,6 @@ class PackageFiles:
             self._warn(f"the URDF '{file}' does not exist", where)
             return None
         return file
-
-    def _controller_files(self) -> list[Path]:
-        return [file for file in self.settings_files() if 'controllers' in file.name
-                and file.name not in _NEVER_MOVEITS]
 
     def _only(self, folders: Iterable[str], endings: tuple[str, ...]) -> Path | None:
         """Return the file that is alone of its kind, in the first folder that has any."""

@@ -14,7 +14,7 @@ from armsim_ros.config.controllers.controller_settings import BROADCASTER, TRAJE
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.package_files import PackageFiles, Role
-from armsim_ros.config.yaml_node import node_of, ROS2_KEY, YamlNode
+from armsim_ros.config.yaml_node import is_ros2_file, node_of, YamlNode
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, ignored, Location, Problem, ResourceError, Severity
 from armsim_ros.packages import Packages
@@ -298,7 +298,7 @@ class PackageReader:
         if role is Role.PIPELINE:
             if file.name.startswith('ompl'):
                 self._layout.take_pipeline(root)
-        elif _has_parameters(root) or role in (
+        elif is_ros2_file(root) or role in (
                 Role.MOVEIT_CONTROLLERS, Role.TRAJECTORY_EXECUTION, Role.ROS2_CONTROLLERS,
                 Role.SIMULATION):
             self._layout.read(root, file.stem)
@@ -321,7 +321,3 @@ class PackageReader:
             else:
                 self._draft.problems.append(ignored(Problem(
                     f"'{group}' is {solver.kind} and no planning group's solver", solver.place)))
-
-
-def _has_parameters(root: YamlNode) -> bool:
-    return any(ROS2_KEY in inner.entries for inner in root.walk())

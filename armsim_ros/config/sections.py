@@ -235,7 +235,8 @@ def _spawn_planned(draft: ConfigDraft, controllers: tuple[ControllerSettings, ..
         # Of those that share joints the first to start wins: a controller that holds a joint by
         # itself, then move_group's default.
         return (*names, *sorted(known, key=lambda name: (
-            name in _of_effort(controllers), not _is_true(planned[name]))))
+            name in _of_effort(controllers),
+            (default := planned[name]) is None or default.value is not True)))
     owner: set[str] = set()
     for controller in moving:
         if not owner.intersection(controller.joints):
@@ -266,10 +267,6 @@ def _with_default(found: tuple[MoveItControllerSettings, ...], spawn: tuple[str,
 
     return tuple(candidate.model_copy(update={'default': preferred(candidate)})
                  for candidate in found)
-
-
-def _is_true(node: YamlNode | None) -> bool:
-    return node is not None and node.value is True
 
 
 def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) -> tuple[str, ...]:

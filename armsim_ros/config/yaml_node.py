@@ -256,7 +256,8 @@ def split_keys(node: YamlNode, separator: str, *, keep: frozenset[str] = frozens
 
 
 def merge_nodes(
-    first: YamlNode, second: YamlNode) -> tuple[YamlNode, list[tuple[str, YamlNode, YamlNode]]]:
+    first: YamlNode, second: YamlNode
+) -> tuple[YamlNode, list[tuple[str, YamlNode, YamlNode]]]:
     """
     Lay the entries of two mappings over each other.
 

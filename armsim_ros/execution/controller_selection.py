@@ -48,8 +48,7 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
         raise PlanningError(
             MoveItErrorCode.CONTROL_FAILED,
             f'the trajectory names no joint that a controller could move: [ {" ".join(names)} ]',
-            _SOURCE,
-        )
+            _SOURCE)
     return found
 
 
@@ -98,7 +97,7 @@ def select_controllers(
 
 def _best(
     candidates: Sequence[MoveItControllerSettings], count: int, requested: frozenset[str],
-    active: Collection[str] | None, manages: bool,
+    active: Collection[str] | None, manages: bool
 ) -> tuple[MoveItControllerSettings, ...]:
     """Return the best combination of so many controllers, empty where none moves all joints."""
     fitting = sorted(
@@ -137,7 +136,8 @@ def _demerit(
 
 
 def _all_active(
-    chosen: Sequence[MoveItControllerSettings], active: Collection[str] | None) -> bool:
+    chosen: Sequence[MoveItControllerSettings], active: Collection[str] | None
+) -> bool:
     return active is None or all(each.name in active for each in chosen)
 
 
@@ -150,7 +150,7 @@ def _listing(controllers: Sequence[MoveItControllerSettings]) -> str:
 
 def split_trajectory(
     trajectory: JointTrajectory, selected: Sequence[MoveItControllerSettings],
-    velocity: float = 1.0,
+    velocity: float = 1.0
 ) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
     """
     Return for each controller the part of a trajectory with its joints, at the same times.
@@ -170,7 +170,8 @@ def split_trajectory(
 
 
 def coverage_report(
-    robot: RobotModel, controllers: Sequence[MoveItControllerSettings]) -> list[str]:
+    robot: RobotModel, controllers: Sequence[MoveItControllerSettings]
+) -> list[str]:
     """
     Return a sentence for each planning group that the controllers cannot move as a whole.
 

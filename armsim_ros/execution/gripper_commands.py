@@ -39,7 +39,8 @@ def gripper_target(part: JointTrajectory, controller: MoveItControllerSettings) 
     :param part: of a trajectory, with joints of this controller only.
     :raises PlanningError: CONTROL_FAILED where the last point has no positions.
     """
-    jaws = controller.joints if controller.parallel else (_command_joint(controller),)
+    jaws = controller.joints if controller.parallel else (
+        controller.command_joint or controller.joints[0],)
     found = [k for k, name in enumerate(part.joint_names) if name in jaws]
     columns = found or [0]
     effort = part.effort[-1, columns[-1]] if part.effort is not None else np.nan
@@ -50,7 +51,8 @@ def gripper_target(part: JointTrajectory, controller: MoveItControllerSettings) 
 
 
 def parallel_gripper_target(
-    part: JointTrajectory, controller: MoveItControllerSettings) -> GripperTarget:
+    part: JointTrajectory, controller: MoveItControllerSettings
+) -> GripperTarget:
     """
     Return the target of a ParallelGripperCommand: the last point of the first joint.
 
@@ -64,10 +66,6 @@ def parallel_gripper_target(
             f"the trajectory has no joint '{joint}', which controller '{controller.name}' "
             f'commands; it has {", ".join(part.joint_names)}', _SOURCE)
     return GripperTarget(joint, _last(part, part.joint_names.index(joint)))
-
-
-def _command_joint(controller: MoveItControllerSettings) -> str:
-    return controller.command_joint or controller.joints[0]
 
 
 def _last(part: JointTrajectory, column: int) -> float:

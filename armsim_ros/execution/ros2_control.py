@@ -83,7 +83,8 @@ class ManagedControllers:
                          if controller.active)
 
     def switch(
-        self, activate: Iterable[str], deactivate: Iterable[str]) -> tuple[list[str], list[str]]:
+        self, activate: Iterable[str], deactivate: Iterable[str]
+    ) -> tuple[list[str], list[str]]:
         """
         Return the controllers to activate and to deactivate in a strict switch.
 
@@ -120,7 +121,7 @@ class ManagedControllers:
 
     def _with(
         self, names: Iterable[str], related: Mapping[str, Sequence[str]],
-        included: Callable[[str], bool],
+        included: Callable[[str], bool]
     ) -> list[str]:
         """Return the manager's own names of controllers, and those related to them."""
         found = [name.rpartition('/')[2] for name in names
@@ -143,7 +144,7 @@ class ManagedControllers:
 
 def controllers_to_switch(
     needed: Sequence[str], controllers: Sequence[MoveItControllerSettings],
-    active: Collection[str],
+    active: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """
     Return the controllers to activate and to deactivate before a trajectory is sent.

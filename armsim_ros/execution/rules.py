@@ -64,7 +64,7 @@ class Tolerances:
 
 def check_start(
     trajectory: JointTrajectory, measured: Mapping[str, float], robot: RobotModel,
-    tolerances: Tolerances,
+    tolerances: Tolerances
 ) -> None:
     """
     Refuse a trajectory that begins away from where the robot is.
@@ -144,7 +144,7 @@ def begin(trajectory: JointTrajectory | MultiDofTrajectory, now_ns: int) -> floa
 
 def allowed_duration(
     trajectory: JointTrajectory | MultiDofTrajectory, scaling: float, margin: float,
-    now_ns: int = 0,
+    now_ns: int = 0
 ) -> float:
     """
     Return how long the execution may take from now on [s].
@@ -158,7 +158,7 @@ def allowed_duration(
 
 def settled(
     states: Sequence[Mapping[str, float]], joint_names: Sequence[str], robot: RobotModel,
-    tolerances: Tolerances,
+    tolerances: Tolerances
 ) -> bool:
     """
     Return whether joints rest: from state to state each moves by its tolerance at most.
@@ -180,10 +180,7 @@ MOST_STATES = 80
 
 
 def meeting(
-    checker: CollisionChecker,
-    q: Vector,
-    first: JointTrajectory,
-    second: JointTrajectory,
+    checker: CollisionChecker, q: Vector, first: JointTrajectory, second: JointTrajectory,
 ) -> Contact | None:
     """
     Return a contact between what two motions sweep, None where there is none.

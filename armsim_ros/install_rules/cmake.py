@@ -69,12 +69,7 @@ def cmake_targets(folder: Path, name: str) -> Iterator[tuple[str, Source]]:
 
 
 class _Run:
-    """
-    An evaluation of a CMakeLists.txt.
-
-    :param folder: of the package.
-    :param name: of the package.
-    """
+    """An evaluation of the CMakeLists.txt of a package: of its folder and its name."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self._folder = folder

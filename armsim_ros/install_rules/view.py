@@ -200,11 +200,7 @@ def data_file_targets(folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 class _Module:
-    """
-    The values of a setup.py.
-
-    :param folder: in which it lies and runs.
-    """
+    """The values of a setup.py, which runs in its folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

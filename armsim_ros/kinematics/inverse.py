@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 import pinocchio as pin
 
 from armsim_ros.arrays import Vector
-from armsim_ros.kinematics.ik_result import (
-    IKFailure,
-    IKOptions,
-    IKResult,
-    IKTarget,
-    SearchRecord,
-)
+from armsim_ros.kinematics.ik_result import IKFailure, IKOptions, IKResult, IKTarget, SearchRecord
 from armsim_ros.kinematics.kinematic_model import Indices, KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
 from armsim_ros.kinematics.start_table import StartTable

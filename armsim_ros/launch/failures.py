@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 import sys
 import traceback
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 from typing_extensions import Self
@@ -165,13 +165,11 @@ _OWN_FOLDER = str(Path(__file__).resolve().parent) + os.sep
 
 def calling_place() -> Location | None:
     """Return the line of the launch file, or of the user's other code, that is being run."""
-    frame = sys._getframe(1)
+    frame: FrameType | None = sys._getframe(1)
     while frame is not None:
         name = frame.f_code.co_filename
         if not name.startswith((_OWN_FOLDER, '<')):
             return Location(name, frame.f_lineno)
-        if frame.f_back is None:
-            break
         frame = frame.f_back
     return None
 

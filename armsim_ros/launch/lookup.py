@@ -187,7 +187,7 @@ class Lookup:
             prefixes.insert(0, found.parent.parent)
         for prefix in (*prefixes, Path(sys.prefix)):
             installed = prefix / 'lib' / package / name
-            if _is_program(installed):
+            if installed.is_file() and os.access(installed, os.X_OK):
                 return installed
         return None
 
@@ -256,10 +256,6 @@ def _is_python(file: Path) -> bool:
     with file.open('rb') as stream:
         first = stream.readline(200)
     return first.startswith(b'#!') and b'python' in first
-
-
-def _is_program(file: Path) -> bool:
-    return file.is_file() and os.access(file, os.X_OK)
 
 
 _CURRENT: ContextVar[Lookup | None] = ContextVar('lookup', default=None)

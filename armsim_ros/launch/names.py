@@ -30,11 +30,7 @@ _ALWAYS_OURS = ('ament_index_python', 'launch', 'launch_ros')
 
 
 class _Finder(MetaPathFinder, Loader):
-    """
-    Finds the modules of the table, and Python packages in the sources of ROS packages.
-
-    :param lookup: finds those.
-    """
+    """Finds the modules of the table, and Python packages in the sources of ROS packages."""
 
     def __init__(self, lookup: Lookup, names: Sequence[str]) -> None:
         self._lookup = lookup

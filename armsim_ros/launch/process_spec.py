@@ -83,7 +83,8 @@ class ProcessSpec:
         node = self.node
         program = self.label.partition('/')[2]
         name = (node.name if node is not None and node.name else self.name) or program
-        names = [_parameter_word(parameter) for parameter in parameter_names(node)] if node else []
+        names = [_word(str(parameter)).replace(',', '_')
+                 for parameter in parameter_names(node)] if node else []
         return (f'process: {_word(self.label)} name={_word(name)} '
                 f'ns={node.namespace if node else "/"} parameters={",".join(names)}')
 
@@ -107,10 +108,6 @@ def program_of(command: Sequence[str], shell: bool) -> str:
 
 def _word(text: str) -> str:
     return '_'.join(text.split())
-
-
-def _parameter_word(text: str) -> str:
-    return _word(str(text)).replace(',', '_')
 
 
 class ProgramRole(Enum):

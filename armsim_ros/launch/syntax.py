@@ -24,7 +24,7 @@ class Element:
 
     def __init__(
         self, name: str, attributes: Mapping[str, Any], children: Sequence[Element] = (),
-        where: Location | None = None,
+        where: Location | None = None
     ) -> None:
         self.type_name = name
         self.attributes = dict(attributes)
@@ -250,17 +250,17 @@ def parse_substitution(text: str, more: dict[str, Any] | None = None) -> list[Su
     return found
 
 
-def _sequence(text: str, start: int, more: dict[str, Any], ends: str
+def _sequence(text: str, start: int, more: dict[str, Any], ends: str, *, quoted: bool = False
               ) -> tuple[list[Substitution], int]:
-    """Read until an end sign; return the parts and the place of the end."""
+    """Read until an end sign that is not in brackets, or the quote; return parts and its place."""
     parts: list[Substitution] = []
     letters: list[str] = []
     depth = 0
     position = start
     while position < len(text):
-        sign = text[position]
-        if sign == '\\' and text[position + 1:position + 2] in {'$', '\\'}:
-            letters.append(text[position + 1])
+        sign, following = text[position], text[position + 1:position + 2]
+        if sign == '\\' and (following if quoted else following in {'$', '\\'}):
+            letters.append(following)
             position += 2
             continue
         if text.startswith('$(', position):
@@ -270,9 +270,9 @@ def _sequence(text: str, start: int, more: dict[str, Any], ends: str
             substitution, position = _substitution(text, position + 2, more)
             parts.append(substitution)
             continue
-        if ends and depth == 0 and sign in ends:
+        if depth == 0 and sign in ends:
             break
-        if ends:
+        if not quoted:
             depth += (sign == '(') - (sign == ')')
         letters.append(sign)
         position += 1
@@ -299,37 +299,14 @@ def _substitution(text: str, start: int, more: dict[str, Any]) -> tuple[Substitu
         if name == 'eval' and text[position] not in '\'"':
             word, position = _sequence(text, position, more, ')')
         elif text[position] in '\'"':
-            quote = text[position]
-            word, position = _quoted(text, position + 1, quote, more)
+            word, position = _sequence(text, position + 1, more, text[position], quoted=True)
+            if position == len(text):
+                raise LaunchError(f"a quote is not closed in '{text}'")
+            word, position = word or [TextSubstitution(text='')], position + 1
         else:
             word, position = _sequence(text, position, more, ') \t\r\n')
         words.append(word)
     return _make(name, words, more), position
-
-
-def _quoted(text: str, start: int, quote: str, more: dict[str, Any]
-            ) -> tuple[list[Substitution], int]:
-    parts: list[Substitution] = []
-    letters: list[str] = []
-    position = start
-    while position < len(text) and text[position] != quote:
-        if text[position] == '\\' and position + 1 < len(text):
-            letters.append(text[position + 1])
-            position += 2
-        elif text.startswith('$(', position):
-            if letters:
-                parts.append(TextSubstitution(text=''.join(letters)))
-                letters = []
-            substitution, position = _substitution(text, position + 2, more)
-            parts.append(substitution)
-        else:
-            letters.append(text[position])
-            position += 1
-    if position >= len(text):
-        raise LaunchError(f"a quote is not closed in '{text}'")
-    if letters or not parts:
-        parts.append(TextSubstitution(text=''.join(letters)))
-    return parts, position + 1
 
 
 def _make(name: str, words: list[Argument], more: dict[str, Any]) -> Substitution:

@@ -51,10 +51,8 @@ from armsim_ros.resources import check_inside, PACKAGE, robot_names, share_folde
 
 
 def load_cell(
-    robot: str = 'sunday',
-    *,
-    world: str | Path | None = None,
-    overrides: Mapping[str, object] | None = None,
+    robot: str = 'sunday', *, world: str | Path | None = None,
+    overrides: Mapping[str, object] | None = None
 ) -> Cell:
     """
     Read a robot, or a cell with several.
@@ -76,13 +74,9 @@ class SurveyOptions(FileOptions, total=False):
 
 
 def survey_cell(
-    robot: str = 'sunday',
-    *,
-    world: str | Path | None = None,
-    namespace: str | None = None,
-    overrides: Mapping[str, object] | None = None,
-    strict: bool = False,
-    **sources: Unpack[FileOptions],
+    robot: str = 'sunday', *, world: str | Path | None = None, namespace: str | None = None,
+    overrides: Mapping[str, object] | None = None, strict: bool = False,
+    **sources: Unpack[FileOptions]
 ) -> CellSurvey:
     """
     Read the same as :func:`load_cell`, and continue despite errors.
@@ -201,8 +195,9 @@ class _CellReader:
             if model is not None:
                 placed[name] = self._placed(name, entry, found, model)
         for name, text in clashes(placed):
+            where = self._node.locate(['robots', name]) or Location(str(self._files.urdf_file))
             self._problems.append(Problem(
-                text, self._place(name), remedy=f"give '{name}' a prefix of its own"))
+                text, where, remedy=f"give '{name}' a prefix of its own"))
         cell = None
         if not errors_of(self._problems):
             cell = self._merged(settings, placed)
@@ -292,9 +287,6 @@ class _CellReader:
         simulation = merged.simulation.model_copy(
             update={'initial_positions': start, 'initial_state': ''})
         return merged.model_copy(update={'simulation': simulation})
-
-    def _place(self, name: str) -> Location:
-        return self._node.locate(['robots', name]) or Location(str(self._files.urdf_file))
 
 
 def _with_rate(settings: RobotSettings, rate: int) -> RobotSettings:

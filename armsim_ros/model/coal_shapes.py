@@ -102,7 +102,7 @@ def _hull(content: _MeshContent) -> Any:
 
 def are_apart(
     first: Sequence[tuple[Geometry, Matrix]], second: Sequence[tuple[Geometry, Matrix]],
-    distance: float,
+    distance: float
 ) -> bool:
     """
     Return whether no shape of a body is near a shape of another.

@@ -10,15 +10,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.model.geometry import (
-    Box,
-    Capsule,
-    Cone,
-    Cylinder,
-    Geometry,
-    Mesh,
-    Sphere,
-)
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix, skew
 

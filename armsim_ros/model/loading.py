@@ -9,14 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.errors import (
-    ConfigError,
-    Location,
-    ModelError,
-    Problem,
-    ResourceError,
-    Severity,
-)
+from armsim_ros.errors import ConfigError, Location, ModelError, Problem, ResourceError, Severity
 from armsim_ros.model.cross_check import check_description, check_settings
 from armsim_ros.model.description.srdf import parse_srdf
 from armsim_ros.model.description.urdf import parse_urdf, UrdfContent
@@ -30,10 +23,8 @@ from armsim_ros.packages import Packages
 
 
 def load_robot_model(
-    settings: RobotSettings,
-    *,
-    report: Callable[[Problem], None] | None = None,
-    visual_meshes: bool = False,
+    settings: RobotSettings, *, report: Callable[[Problem], None] | None = None,
+    visual_meshes: bool = False
 ) -> RobotModel:
     """
     Build the model of a robot and check that the settings fit it.
@@ -54,12 +45,8 @@ def load_robot_model(
 
 
 def survey_robot_model(
-    settings: RobotSettings,
-    *,
-    visual_meshes: bool = False,
-    partial: bool = False,
-    urdf: Description | None = None,
-    srdf: Description | None = None,
+    settings: RobotSettings, *, visual_meshes: bool = False, partial: bool = False,
+    urdf: Description | None = None, srdf: Description | None = None,
 ) -> tuple[RobotModel | None, list[Problem]]:
     """
     Build the model and continue despite errors.
@@ -111,15 +98,8 @@ def _build(settings: RobotSettings, visual_meshes: bool, partial: bool,
             found.extend(error.problems)
             partial = True
     model = RobotModel(
-        name=content.name,
-        links=content.links,
-        joints=content.joints,
-        root_link=content.root_link,
-        semantic=semantic,
-        hardware=content.hardware,
-        urdf=urdf_text,
-        srdf=srdf_text,
-    )
+        name=content.name, links=content.links, joints=content.joints, root_link=content.root_link,
+        semantic=semantic, hardware=content.hardware, urdf=urdf_text, srdf=srdf_text)
     found.extend(check_settings(settings, model, places, partial=partial))
     return model, found
 

@@ -312,8 +312,7 @@ class RobotModel:
                 Problem(
                     f"planning group '{name}' is not in the SRDF of robot '{self.name}'",
                     allowed=', '.join(known) or 'the SRDF has no groups',
-                    remedy=nearest(name, known),
-                )) from None
+                    remedy=nearest(name, known))) from None
 
     def complete(self, positions: dict[str, float]) -> dict[str, float]:
         """

@@ -25,7 +25,7 @@ class MotionPlanResponse:
     def __init__(
         self, trajectory: RobotTrajectory | None, error_code: MoveItErrorCodes,
         planning_time: float = 0.0, start_state: RobotStateMessage | None = None,
-        planner_id: str = '',
+        planner_id: str = ''
     ) -> None:
         self._trajectory, self._error_code = trajectory, error_code
         self._planning_time, self._planner_id = planning_time, planner_id

@@ -30,7 +30,7 @@ _USED_OPTIONS = ('name', 'robot_description', 'wait_for_initial_state_timeout')
 
 def node_arguments(
     name: str, namespace: str, files: Sequence[str], config: Mapping[str, Any] | None,
-    remappings: Mapping[str, str] | None,
+    remappings: Mapping[str, str] | None
 ) -> NodeArguments:
     """
     Return the parameters of a script's node.

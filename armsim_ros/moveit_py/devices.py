@@ -59,7 +59,8 @@ class Policy(ABC, Node):
         self._is_active = bool(value)
 
     def activate_policy(
-        self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
         """Set whether the policy is active."""
         self._is_active = bool(request.data)
         response.success = True
@@ -119,7 +120,8 @@ class TeleopDevice(ABC, Node):
     """
 
     def __init__(
-        self, node_name: str, device_name: str, device_config: Any, ee_frame_name: str) -> None:
+        self, node_name: str, device_name: str, device_config: Any, ee_frame_name: str
+    ) -> None:
         super().__init__(node_name=node_name)
         self.device_name, self.device_config = device_name, device_config
         self.ee_frame_name = ee_frame_name

@@ -39,12 +39,9 @@ def construct_joint_constraint(
 
 
 def construct_link_constraint(
-    link_name: str,
-    source_frame: str,
-    cartesian_position: Sequence[float] | None = None,
-    cartesian_position_tolerance: float | None = None,
-    orientation: Sequence[float] | None = None,
-    orientation_tolerance: float | None = None,
+    link_name: str, source_frame: str, cartesian_position: Sequence[float] | None = None,
+    cartesian_position_tolerance: float | None = None, orientation: Sequence[float] | None = None,
+    orientation_tolerance: float | None = None
 ) -> Constraints:
     """
     Return constraints on the position of a link, its orientation, or both.
@@ -75,7 +72,7 @@ def construct_link_constraint(
 
 def pose_constraint(
     link_name: str, frame: str, pose: Pose, position_tolerance: float,
-    orientation_tolerance: float,
+    orientation_tolerance: float
 ) -> Constraints:
     """Return constraints on the pose of a link, with tolerances [m] and [rad]."""
     place, turn = pose.position, pose.orientation
@@ -98,7 +95,8 @@ def _position(
 
 
 def _orientation(
-    link: str, frame: str, xyzw: Sequence[float], tolerance: float) -> OrientationConstraint:
+    link: str, frame: str, xyzw: Sequence[float], tolerance: float
+) -> OrientationConstraint:
     made = OrientationConstraint(link_name=link, weight=1.0)
     made.header.frame_id = frame
     turn = made.orientation

@@ -31,10 +31,7 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.parameters import ControllerManagerNode, MoveGroupParameters
-from armsim_ros.nodes.move_group.perception.octomap_monitor import (
-    octomap_settings,
-    OctomapMonitor,
-)
+from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.program import make_context
@@ -178,15 +175,12 @@ class MoveItCpp:
         while not self._closing and self._ros.ok():
             with failures_logged(self.node):
                 callback, *_ = self._executor.wait_for_ready_callbacks(
-                    None, None, self._is_closing)
+                    None, None, lambda: self._closing)
                 self.node.catch_up()
                 self.context.states.update_scene()
                 callback()
                 if callback.done():
                     callback.result()  # raises what the callback raised
-
-    def _is_closing(self) -> bool:
-        return self._closing
 
     def submit(self, work: Callable[[], Awaitable[Value]]) -> Future[Value]:
         """

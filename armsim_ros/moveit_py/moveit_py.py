@@ -35,13 +35,10 @@ class MoveItPy:
     """
 
     def __init__(
-        self,
-        node_name: str = 'moveit_py',
-        name_space: str = '',
+        self, node_name: str = 'moveit_py', name_space: str = '',
         launch_params_filepaths: Sequence[str] | None = None,
-        config_dict: Mapping[str, Any] | None = None,
-        provide_planning_service: bool = True,
-        remappings: Mapping[str, str] | None = None,
+        config_dict: Mapping[str, Any] | None = None, provide_planning_service: bool = True,
+        remappings: Mapping[str, str] | None = None
     ) -> None:
         files = launch_params_filepaths
         if files is None:

@@ -186,12 +186,9 @@ class PlanningComponent:
     # ---------------------------------------------------------------- goal and limits
 
     def set_goal_state(
-        self,
-        configuration_name: str | None = None,
-        robot_state: RobotState | None = None,
-        pose_stamped_msg: PoseStamped | None = None,
-        pose_link: str | None = None,
-        motion_plan_constraints: Sequence[Constraints] | None = None,
+        self, configuration_name: str | None = None, robot_state: RobotState | None = None,
+        pose_stamped_msg: PoseStamped | None = None, pose_link: str | None = None,
+        motion_plan_constraints: Sequence[Constraints] | None = None
     ) -> bool:
         """
         Set the goal: a named state, a state, the pose of a link, or constraints.
@@ -242,12 +239,11 @@ class PlanningComponent:
     # ---------------------------------------------------------------- plans
 
     def plan(
-        self,
-        single_plan_parameters: PlanRequestParameters | None = None,
+        self, single_plan_parameters: PlanRequestParameters | None = None,
         multi_plan_parameters: MultiPipelinePlanRequestParameters | None = None,
         planning_scene: PlanningScene | None = None,
         solution_selection_function: Selection | None = None,
-        stopping_criterion_callback: Stopping | None = None,
+        stopping_criterion_callback: Stopping | None = None
     ) -> MotionPlanResponse:
         """
         Plan, and return the plan or why there is none; Ctrl-C ends the search.
@@ -277,7 +273,7 @@ class PlanningComponent:
 
     def _plan_several(
         self, parameters: Sequence[PlanRequestParameters], scene: PlanningScene | None,
-        selection: Selection, stopping: Stopping | None,
+        selection: Selection, stopping: Stopping | None
     ) -> MotionPlanResponse:
         requests = [self._request(each, scene) for each in parameters]
         answers: list[MotionPlanResponse] = []
@@ -289,7 +285,8 @@ class PlanningComponent:
             MoveItErrorCode.FAILURE, 'no pipeline is given')
 
     def _request(
-        self, parameters: PlanRequestParameters, scene: PlanningScene | None) -> MotionPlanRequest:
+        self, parameters: PlanRequestParameters, scene: PlanningScene | None
+    ) -> MotionPlanRequest:
         start = self._start
         if start is not None:
             message = robotStateToRobotStateMsg(start)
@@ -311,7 +308,8 @@ class PlanningComponent:
             path_constraints=self._path, start_state=message)
 
     def _answer(
-        self, request: MotionPlanRequest, scene: PlanningScene | None) -> MotionPlanResponse:
+        self, request: MotionPlanRequest, scene: PlanningScene | None
+    ) -> MotionPlanResponse:
         if not self._goals:
             return self._failure(MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
                                  'no goal is set; call set_goal_state', request.planner_id)

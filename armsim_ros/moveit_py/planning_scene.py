@@ -178,7 +178,8 @@ class PlanningScene:
     # ---------------------------------------------------------------- objects
 
     def apply_collision_object(
-        self, collision_object_msg: CollisionObject, color_msg: ObjectColor | None = None) -> None:
+        self, collision_object_msg: CollisionObject, color_msg: ObjectColor | None = None
+    ) -> None:
         """Add, remove, extend or move an object of the world, and set its colour."""
         self._apply_object(collision_object_msg, color_msg)
 
@@ -262,7 +263,8 @@ class PlanningScene:
         return self._scene if state is None else with_state(self._scene, state)
 
     def is_state_valid(
-        self, robot_state: RobotState, joint_model_group_name: str, verbose: bool = False) -> bool:
+        self, robot_state: RobotState, joint_model_group_name: str, verbose: bool = False
+    ) -> bool:
         """Return whether a state does not collide; joint limits are not checked."""
         return not self.is_state_colliding(robot_state, joint_model_group_name, verbose)
 
@@ -300,7 +302,8 @@ class PlanningScene:
         return True
 
     def is_state_constrained(
-        self, state: RobotState, constraints: Constraints, verbose: bool = False) -> bool:
+        self, state: RobotState, constraints: Constraints, verbose: bool = False
+    ) -> bool:
         """Return whether a state satisfies constraints."""
         scene = self._in(state)
         results = ConstraintSet(
@@ -312,7 +315,7 @@ class PlanningScene:
 
     def is_path_valid(
         self, trajectory: RobotTrajectory, joint_model_group_name: str, verbose: bool = False,
-        invalid_index: list[int] | None = None,
+        invalid_index: list[int] | None = None
     ) -> bool:
         """
         Return whether no waypoint collides.
@@ -327,7 +330,7 @@ class PlanningScene:
 
     def check_collision(
         self, collision_request: CollisionRequest, collision_result: CollisionResult,
-        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None,
+        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None
     ) -> None:
         """
         Check a state against itself and the world, with padding.
@@ -340,7 +343,7 @@ class PlanningScene:
 
     def check_self_collision(
         self, collision_request: CollisionRequest, collision_result: CollisionResult,
-        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None,
+        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None
     ) -> None:
         """Check a state against itself alone; the parameters are those of ``check_collision``."""
         scene = self._in(state).without_world()
@@ -348,14 +351,14 @@ class PlanningScene:
 
     def check_collision_unpadded(
         self, collision_request: CollisionRequest, collision_result: CollisionResult,
-        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None,
+        state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None
     ) -> None:
         """Check a state without padding; the parameters are those of ``check_collision``."""
         self._check(self._in(state).unpadded(), acm, collision_request, collision_result)
 
     def _check(
         self, scene: Scene, acm: AllowedCollisionMatrix | None, request: CollisionRequest,
-        result: CollisionResult,
+        result: CollisionResult
     ) -> None:
         if request.cost:
             warn_once('collision request: cost is not used; costs are not computed')

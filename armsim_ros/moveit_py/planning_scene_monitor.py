@@ -110,13 +110,15 @@ class PlanningSceneMonitor:
     # ---------------------------------------------------------------- edits
 
     def process_collision_object(
-        self, collision_object_msg: CollisionObject, color_msg: ObjectColor | None = None) -> bool:
+        self, collision_object_msg: CollisionObject, color_msg: ObjectColor | None = None
+    ) -> bool:
         """Add, remove, extend or move an object of the world; return whether that was done."""
         with self.read_write() as scene:
             return scene._apply_object(collision_object_msg, color_msg)
 
     def process_attached_collision_object(
-        self, attached_collision_object_msg: AttachedCollisionObject) -> bool:
+        self, attached_collision_object_msg: AttachedCollisionObject
+    ) -> bool:
         """Attach, extend or detach an object; return whether that was done."""
         with self.read_write() as scene:
             return scene.process_attached_collision_object(attached_collision_object_msg)

@@ -150,7 +150,8 @@ class RobotState:
         return self._group(joint_model_group_name)._of(self._rates['accelerations'])
 
     def set_joint_group_positions(
-        self, joint_model_group_name: str, position_values: ArrayLike) -> None:
+        self, joint_model_group_name: str, position_values: ArrayLike
+    ) -> None:
         """
         Set the positions of a group.
 
@@ -162,7 +163,8 @@ class RobotState:
         self._set_q(self._model._kinematics.apply_mimic(q))
 
     def set_joint_group_active_positions(
-        self, joint_model_group_name: str, position_values: ArrayLike) -> None:
+        self, joint_model_group_name: str, position_values: ArrayLike
+    ) -> None:
         """
         Set the positions of the joints of a group that do not follow others.
 
@@ -174,12 +176,14 @@ class RobotState:
         self._set_q(self._model._kinematics.insert(self._q, group.name, values))
 
     def set_joint_group_velocities(
-        self, joint_model_group_name: str, velocity_values: ArrayLike) -> None:
+        self, joint_model_group_name: str, velocity_values: ArrayLike
+    ) -> None:
         """Set the velocities (v,) of a group [rad/s or m/s]."""
         self._set_group_rates('velocities', joint_model_group_name, velocity_values)
 
     def set_joint_group_accelerations(
-        self, joint_model_group_name: str, acceleration_values: ArrayLike) -> None:
+        self, joint_model_group_name: str, acceleration_values: ArrayLike
+    ) -> None:
         """Set the accelerations (v,) of a group [rad/s^2 or m/s^2]."""
         self._set_group_rates('accelerations', joint_model_group_name, acceleration_values)
 
@@ -224,8 +228,7 @@ class RobotState:
     @overload
     def get_jacobian(
         self, joint_model_group_name: str, link_name: str, reference_point_position: ArrayLike,
-        use_quaternion_representation: bool = False,
-    ) -> Matrix: ...
+        use_quaternion_representation: bool = False) -> Matrix: ...
 
     def get_jacobian(  # type: ignore[misc] # an argument has several names
         self, joint_model_group_name: str, link_name: Any = None,
@@ -265,7 +268,7 @@ class RobotState:
 
     def set_from_ik(
         self, joint_model_group_name: str, geometry_pose: Pose, tip_name: str,
-        timeout: float = 0.0,
+        timeout: float = 0.0
     ) -> bool:
         """
         Set a group so that a link has a pose; the search begins at this state.
@@ -368,7 +371,8 @@ def with_state(scene: PlanningScene, state: RobotState) -> PlanningScene:
 
 
 def robotStateToRobotStateMsg(
-    state: RobotState, copy_attached_bodies: bool = True) -> RobotStateMessage:
+    state: RobotState, copy_attached_bodies: bool = True
+) -> RobotStateMessage:
     """Return the message of a state, with the objects that the robot carries unless refused."""
     message = robot_state_to_message(
         state.joint_positions, state.robot_model.model_frame,

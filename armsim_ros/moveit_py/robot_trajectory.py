@@ -59,11 +59,7 @@ class RobotTrajectory:
 
     @classmethod
     def _of(cls, base: RobotState, points: JointTrajectory, group: str) -> RobotTrajectory:
-        """
-        Return a trajectory.
-
-        :param base: where the joints are that the trajectory does not move.
-        """
+        """Return a trajectory; ``base`` is where the joints are that it does not move."""
         made = cls(base.robot_model)
         made._base, made._points, made._group = base.__copy__(), points, group
         return made
@@ -161,7 +157,8 @@ class RobotTrajectory:
         return robot_trajectory_message(points, self._model.model_frame)
 
     def set_robot_trajectory_msg(
-        self, robot_state: RobotState, msg: RobotTrajectoryMessage) -> RobotTrajectory:
+        self, robot_state: RobotState, msg: RobotTrajectoryMessage
+    ) -> RobotTrajectory:
         """
         Take the waypoints of a message; return the trajectory itself.
 
@@ -202,7 +199,7 @@ class RobotTrajectory:
 
     def apply_ruckig_smoothing(
         self, velocity_scaling_factor: float, acceleration_scaling_factor: float, *,
-        mitigate_overshoot: bool = False, overshoot_threshold: float = 0.01,
+        mitigate_overshoot: bool = False, overshoot_threshold: float = 0.01
     ) -> bool:
         """
         Time the path anew so that jerk limits are kept, too.
@@ -238,7 +235,7 @@ class RobotTrajectory:
 
     def _time(
         self, limits: MotionLimits, velocity: float, acceleration: float, tolerance: float,
-        step: float, least: float,
+        step: float, least: float
     ) -> bool:
         points = self._points
         if not len(points):

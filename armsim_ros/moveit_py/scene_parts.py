@@ -76,7 +76,8 @@ class AllowedCollisionMatrix:
 
     @classmethod
     def _of(
-        cls, read: Callable[[], Pairs], write: Callable[[Pairs], None]) -> AllowedCollisionMatrix:
+        cls, read: Callable[[], Pairs], write: Callable[[Pairs], None]
+    ) -> AllowedCollisionMatrix:
         """Return a matrix that reads and writes another one, such as that of a scene."""
         made = cls(())
         made._read, made._write = read, write

@@ -54,8 +54,7 @@ class TrajectoryExecutionManager:
     @overload
     def push(
         self, trajectory: RobotTrajectoryMessage | JointTrajectoryMessage,
-        controllers: Sequence[str],
-    ) -> bool: ...
+        controllers: Sequence[str]) -> bool: ...
 
     def push(self, trajectory: Any, controller: Any = '', controllers: Any = None) -> bool:  # type: ignore[misc] # an argument has several names
         """
@@ -100,8 +99,7 @@ class TrajectoryExecutionManager:
     @overload
     def execute(
         self, callback: StatusCallback | None, part_callback: PartCallback | None,
-        auto_clear: bool = True,
-    ) -> None: ...
+        auto_clear: bool = True) -> None: ...
 
     def execute(  # type: ignore[misc] # an argument has several names
         self, callback: Any = None, part_callback: Any = None, auto_clear: bool = True
@@ -202,7 +200,7 @@ class TrajectoryExecutionManager:
 
     async def _outcome(
         self, trajectory: JointTrajectory, names: Sequence[str],
-        multi_dof: MultiDofTrajectory | None,
+        multi_dof: MultiDofTrajectory | None
     ) -> ExecutionStatus:
         outcome = await self._cpp.execution.run(
             trajectory, ExecutionWatch(cancelled=self._stop.is_set), tuple(names), multi_dof)

@@ -68,13 +68,8 @@ class FlightRecorder:
     """
 
     def __init__(
-        self,
-        cell: Cell,
-        simulation: Simulation,
-        managers: Mapping[str, ControllerManager],
-        *,
-        seconds: float = 10.0,
-        rate: float = 50.0,
+        self, cell: Cell, simulation: Simulation, managers: Mapping[str, ControllerManager], *,
+        seconds: float = 10.0, rate: float = 50.0
     ) -> None:
         """Make an empty ring; the owner of time calls ``sample`` once a period."""
         self.cell = cell

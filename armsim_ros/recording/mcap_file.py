@@ -47,7 +47,8 @@ class _File:
 
 
 def write_recording(
-    path: Path, recorder: FlightRecorder, events: Iterable[ControllerEvent]) -> None:
+    path: Path, recorder: FlightRecorder, events: Iterable[ControllerEvent]
+) -> None:
     """
     Write what a recorder keeps.
 
@@ -121,10 +122,6 @@ def _stamp(time_ns: int) -> Message:
     return {'sec': seconds, 'nanosec': nanoseconds}
 
 
-def _duration(seconds: float) -> Message:
-    return _stamp(round(seconds * 1e9))
-
-
 def _header(time_ns: int, frame: str = '') -> Message:
     return {'stamp': _stamp(time_ns), 'frame_id': frame}
 
@@ -135,7 +132,7 @@ def _point(point: TrajectoryPoint, seconds: float) -> Message:
         'velocities': point.velocities.tolist(),
         'accelerations': point.accelerations.tolist(),
         'effort': point.effort.tolist(),
-        'time_from_start': _duration(seconds),
+        'time_from_start': _stamp(round(seconds * 1e9)),
     }
 
 
@@ -149,7 +146,8 @@ def _trajectory(trajectory: JointTrajectory) -> Message:
 
 
 def _transform(
-    time_ns: int, body: str, position: list[float], quaternion_wxyz: list[float]) -> Message:
+    time_ns: int, body: str, position: list[float], quaternion_wxyz: list[float]
+) -> Message:
     x, y, z = position
     qw, qx, qy, qz = quaternion_wxyz
     return {

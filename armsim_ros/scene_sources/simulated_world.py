@@ -63,11 +63,8 @@ def initial_scene(
     the robot is.
     """
     scene = PlanningScene(
-        model,
-        name=name,
-        link_padding=parameters.default_robot_padding,
-        link_scale=parameters.default_robot_scale,
-    )
+        model, name=name, link_padding=parameters.default_robot_padding,
+        link_scale=parameters.default_robot_scale)
     if parameters.scene_from_world == 'fixed':
         root = world_in_root(settings)
         standing = standing_links(model.robot)
@@ -88,11 +85,7 @@ def collision_object(item: WorldObject, root: Matrix) -> CollisionObject:
 
 
 def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
-    """
-    Return what of a world never moves.
-
-    :param root: (4, 4) pose of the world in the root link's frame.
-    """
+    """Return what of a world never moves; its pose (4, 4) is in the root link's frame."""
     items = [collision_object(item, root) for item in world_objects(world) if item.mass is None]
     if world.floor_height is not None and FLOOR not in world.objects:
         items.append(collision_object(floor_object(world.floor_height), root))

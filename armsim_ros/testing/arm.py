@@ -158,15 +158,9 @@ class Arm(ABC):
         """Return the objects that the arm holds."""
 
     def spawn(
-        self,
-        name: str,
-        size: Sequence[float] = (0.05, 0.05, 0.05),
-        xyz: Sequence[float] = (0.0, 0.0, 0.0),
-        *,
-        shape: ShapeSettings | None = None,
-        rpy: Sequence[float] = (0.0, 0.0, 0.0),
-        mass: float | None = None,
-        friction: float = 0.8,
+        self, name: str, size: Sequence[float] = (0.05, 0.05, 0.05),
+        xyz: Sequence[float] = (0.0, 0.0, 0.0), *, shape: ShapeSettings | None = None,
+        rpy: Sequence[float] = (0.0, 0.0, 0.0), mass: float | None = None, friction: float = 0.8,
     ) -> None:
         """
         Put an object into the world that physics and planner share.

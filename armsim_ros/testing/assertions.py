@@ -41,7 +41,8 @@ def assert_no_collision(arm: Arm, since: float | None = None) -> None:
 
 
 def assert_no_contact(
-    arm: Arm, first: str, second: str | None = None, since: float | None = None) -> None:
+    arm: Arm, first: str, second: str | None = None, since: float | None = None
+) -> None:
     """
     Fail where a body touched another.
 

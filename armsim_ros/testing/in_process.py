@@ -110,12 +110,8 @@ class InProcessArm(Arm):
     """
 
     def __init__(
-        self,
-        cell: Cell,
-        *,
-        seed: int = 0,
-        faults: Mapping[str, Mapping[str, Any]] | None = None,
-        time_limit: float = 60.0,
+        self, cell: Cell, *, seed: int = 0, faults: Mapping[str, Mapping[str, Any]] | None = None,
+        time_limit: float = 60.0
     ) -> None:
         self.seed = seed
         self.sim = ArmSim(cell, seed=seed)

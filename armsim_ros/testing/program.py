@@ -92,11 +92,8 @@ class Program:
     """
 
     def __init__(
-        self,
-        command: Sequence[str],
-        *,
-        environment: Mapping[str, str] | None = None,
-        name: str = '',
+        self, command: Sequence[str], *, environment: Mapping[str, str] | None = None,
+        name: str = ''
     ) -> None:
         self.name = name or command[0]
         self.output: list[str] = []
@@ -104,16 +101,10 @@ class Program:
         self._closed = False
         self.started = time.monotonic()
         self.process = subprocess.Popen(
-            list(command),
-            env=None if environment is None else dict(environment),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors='replace',
-            start_new_session=True,
-            preexec_fn=die_with_parent(holds_sigint=False),
-        )
+            list(command), env=None if environment is None else dict(environment),
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            errors='replace', start_new_session=True,
+            preexec_fn=die_with_parent(holds_sigint=False))
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -205,10 +196,8 @@ class Program:
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
+        self, kind: type[BaseException] | None, error: BaseException | None,
+        trace: TracebackType | None
     ) -> None:
         """Stop the program, by force where it does not obey."""
         if self.process.poll() is None:

@@ -35,14 +35,9 @@ class TopicRelay:
     """
 
     def __init__(
-        self,
-        client: ClientNode,
-        source: str,
-        target: str,
-        kind: type[Any],
-        *,
+        self, client: ClientNode, source: str, target: str, kind: type[Any], *,
         drops: Callable[[int, Any], bool] = lambda number, message: False,
-        qos: QoSProfile | int = 10,
+        qos: QoSProfile | int = 10
     ) -> None:
         self.dropped = 0
         self.passed = 0

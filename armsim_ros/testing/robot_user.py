@@ -14,11 +14,7 @@ from sensor_msgs.msg import JointState
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.clients.move_group import MoveGroupClient
-from armsim_ros.clients.trajectory import (
-    Outcome,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import Outcome, trajectory_message, TrajectoryClient
 from armsim_ros.testing.program import private_domain, Program, start_program
 
 READY = 'You can start planning now!'
@@ -78,7 +74,8 @@ class RobotUser:
 
 @contextmanager
 def running_robot(
-    *arguments: str, namespace: str = '', domain: int | None = None) -> Iterator[RobotUser]:
+    *arguments: str, namespace: str = '', domain: int | None = None
+) -> Iterator[RobotUser]:
     """
     Bring a robot up on a private domain for the time of the context.
 

@@ -257,7 +257,8 @@ def on_failure(
     """
     if not (report.failed or keep):
         return
-    place = item.config.rootpath / folder / _file_name(item.nodeid)
+    name = re.sub(r'[^\w.-]+', '_', item.nodeid).strip('_')[-150:]
+    place = item.config.rootpath / folder / name
     facts = {'robot': arm.name, 'seed': str(seed)}
     lines = []
     try:
@@ -283,10 +284,6 @@ def _artifacts(arm: Arm, place: Path) -> list[tuple[str, Path | str]]:
         return list(arm.save_artifacts(place))
     except OSError as error:
         return [('artifacts', f'not written: {error}')]
-
-
-def _file_name(nodeid: str) -> str:
-    return re.sub(r'[^\w.-]+', '_', nodeid).strip('_')[-150:]
 
 
 @contextmanager

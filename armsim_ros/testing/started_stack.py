@@ -14,10 +14,7 @@ from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 from rcl_interfaces.srv import GetParameters, ListParameters
 from simulation_interfaces.srv import ResetSimulation, SetSimulationState
 
-from armsim_ros.clients.controller_manager import (
-    ControllerManagerClient,
-    ParameterClient,
-)
+from armsim_ros.clients.controller_manager import ControllerManagerClient, ParameterClient
 from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.errors import SimulationError
 from armsim_ros.testing.program import start_program
@@ -114,7 +111,8 @@ class SharedStack:
         self._started: StartedStack | None = None
 
     def at_start(
-        self, key: Hashable, arguments: Sequence[str], namespace: Callable[[], str]) -> RobotUser:
+        self, key: Hashable, arguments: Sequence[str], namespace: Callable[[], str]
+    ) -> RobotUser:
         """
         Return a stack as it is after its start.
 

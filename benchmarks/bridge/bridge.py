@@ -24,14 +24,7 @@ from websockets.asyncio.client import connect
 from armsim_ros.testing.program import private_domain, Program, ros_environment
 from benchmarks.bridge.streams import STREAMS
 from benchmarks.options import Options
-from benchmarks.stack import (
-    DOMAINS,
-    median,
-    peer,
-    percentile,
-    processor_seconds,
-    resident_mib,
-)
+from benchmarks.stack import DOMAINS, median, peer, percentile, processor_seconds, resident_mib
 from benchmarks.tables import machine_load, publish, Table
 
 #: Folder with a checkout of rosbridge_suite, whose server is measured, too.

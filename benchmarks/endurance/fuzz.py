@@ -87,7 +87,7 @@ class Fuzz:
 
     def __init__(
         self, client: ClientNode, joint_states: str, names: tuple[str, ...], *, seed: int = 0,
-        namespace: str = '', left_out: tuple[str, ...] = (),
+        namespace: str = '', left_out: tuple[str, ...] = ()
     ) -> None:
         self._client, self._namespace = client, namespace
         self._left_out = (client.node.get_name(), *left_out)

@@ -35,8 +35,7 @@ def main(options: Options) -> None:
             clients.enter_context(subprocess.Popen(
                 [sys.executable, '-m', 'benchmarks.endurance.soak_client', kind, options.robot],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                env=ros_environment(stack.domain),
-            ))
+                env=ros_environment(stack.domain)))
             for kind in KINDS]
         processes = stack.processes()
         used = {name: processor_seconds(pid) for name, pid in processes.items()}

@@ -28,25 +28,19 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.node import PatientActionClient
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
-from armsim_ros.model.loading import load_robot_model
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import kinematics_of, states_of
 from benchmarks.planning.planning_cancel import block, plan_goal
-from benchmarks.stack import median, percentile, running_stack, Stack
+from benchmarks.stack import joint_states_of, median, percentile, running_stack, Stack
 
 
 def main(options: Options) -> None:
     """Print a line a kind of request; ``--runs`` rounds of them, a tenth of that of motions."""
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    semantic = model.robot.semantic
-    group, states = next(
-        (name, states) for name, states in semantic.named_states.items() if len(states) > 1)
+    model = kinematics_of(options.robot)
+    group, states = states_of(model)
     start, goal = list(states.values())[:2]
     middle = 0.5 * (model.vector(start, model.default()) + model.vector(goal, model.default()))
-    tip = semantic.groups[group].links[-1]
+    tip = model.robot.semantic.groups[group].links[-1]
     with running_stack(f'robot:={options.robot}') as stack:
         client = stack.client
         action = PatientActionClient(client.node, MoveGroup, '/move_action')
@@ -62,7 +56,8 @@ def main(options: Options) -> None:
         time.sleep(0.5)
         waits = {name: [_took(call) for _ in range(options.runs)]
                  for name, call in requests.items()}
-        motions = _cancelled(stack, settings.joint_states_topic, goal, max(1, options.runs // 10))
+        motions = _cancelled(
+            stack, joint_states_of(options.robot), goal, max(1, options.runs // 10))
         planning = 'was at work to the end'
         if ended.done():
             planning = f'HAD ENDED after {ended.result().result.planning_time:.1f} s'
@@ -110,7 +105,8 @@ def _requests(stack: Stack, group: str, tip: str) -> dict[str, Callable[[], Any]
 
 
 def _cancelled(
-    stack: Stack, topic: str, goal: dict[str, float], runs: int) -> dict[str, list[float]]:
+    stack: Stack, topic: str, goal: dict[str, float], runs: int
+) -> dict[str, list[float]]:
     """Start motions and cancel them; return the times to the answer and to standstill [ms]."""
     client = stack.client
     states = client.collect(topic, JointState)

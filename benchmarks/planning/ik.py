@@ -132,7 +132,8 @@ def ours(arm: Arm, targets: list[dict[str, Any]], timeout: float) -> list[dict[s
 
 
 def theirs(
-    python: str, arm: Arm, targets: list[dict[str, Any]], timeout: float) -> list[dict[str, Any]]:
+    python: str, arm: Arm, targets: list[dict[str, Any]], timeout: float
+) -> list[dict[str, Any]]:
     """Return TRAC-IK's answers."""
     question = {
         'urdf': str(arm.urdf), 'base': arm.base, 'tip': arm.tip, 'timeout': timeout,
@@ -170,7 +171,7 @@ def main(options: Options) -> None:
 
 def row(
     robot: str, timeout: float, name: str, answers: list[dict[str, Any]],
-    targets: list[dict[str, Any]], judge: Judge,
+    targets: list[dict[str, Any]], judge: Judge
 ) -> str:
     """Return a line of the table."""
     solved = sum(

@@ -12,11 +12,8 @@ import numpy as np
 from rclpy.action import ActionClient
 from shape_msgs.msg import SolidPrimitive
 
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
-from armsim_ros.model.loading import load_robot_model
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import kinematics_of, states_of
 from benchmarks.stack import median, percentile, running_stack
 
 PLANNERS = ('RRTstar', 'PRM')
@@ -27,14 +24,12 @@ PREEMPTED = -7
 
 def main(options: Options) -> None:
     """Print a line a planner; ``--runs`` says how many goals are cancelled for each."""
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    semantic = model.robot.semantic
-    group, states = next(
-        (name, states) for name, states in semantic.named_states.items() if len(states) > 1)
+    model = kinematics_of(options.robot)
+    group, states = states_of(model)
     start, goal = list(states.values())[:2]
     ends = [model.vector(state, model.default()) for state in (start, goal)]
-    obstacle = model.link_pose(0.5 * (ends[0] + ends[1]), semantic.groups[group].links[-1])
+    tip = model.robot.semantic.groups[group].links[-1]
+    obstacle = model.link_pose(0.5 * (ends[0] + ends[1]), tip)
     with running_stack(f'robot:={options.robot}') as stack:
         client = stack.client
         action = ActionClient(client.node, MoveGroup, '/move_action')
@@ -62,7 +57,8 @@ def main(options: Options) -> None:
 
 
 def plan_goal(
-    group: str, planner: str, start: dict[str, float], goal: dict[str, float]) -> MoveGroup.Goal:
+    group: str, planner: str, start: dict[str, float], goal: dict[str, float]
+) -> MoveGroup.Goal:
     """Return a goal that is planned with a planner, from one state to another."""
     message = MoveGroup.Goal()
     message.planning_options.plan_only = True

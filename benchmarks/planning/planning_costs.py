@@ -12,12 +12,8 @@ import time
 
 import numpy as np
 
-from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
-from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.planner import MotionPlanner
@@ -30,8 +26,8 @@ from armsim_ros.planning.request import (
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate, StartState
-from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import planner_of, states_of
 
 ADD, REMOVE, MOVE = 0, 1, 3
 OBJECTS = 10
@@ -40,15 +36,8 @@ CARTESIAN_POINTS = 500
 
 def main(options: Options) -> None:
     """Print a line a cost; ``--runs`` says how often plans are cancelled at each stage."""
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    scene = PlanningScene(model)
-    planner = MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics))
-    planner.prepare()
-    group, states = next(
-        (name, states) for name, states in model.robot.semantic.named_states.items()
-        if len(states) > 1)
+    planner, scene = planner_of(options.robot)
+    group, states = states_of(scene.kinematic_model)
     _edits(scene, group)
     _cartesian(planner, scene, group)
     _cancel(planner, scene, group, states, options.runs)
@@ -148,7 +137,7 @@ def _request(group: str, start: dict[str, float], goal: dict[str, float]) -> Mot
 
 def _cancel(
     planner: MotionPlanner, scene: PlanningScene, group: str,
-    states: dict[str, dict[str, float]], runs: int,
+    states: dict[str, dict[str, float]], runs: int
 ) -> None:
     """Cancel plans at every stage; print how long the answer takes from then."""
     waits = []
@@ -177,8 +166,7 @@ def _cancel(
 
 
 def _longest_silence(
-    planner: MotionPlanner, scene: PlanningScene, group: str,
-    states: dict[str, dict[str, float]],
+    planner: MotionPlanner, scene: PlanningScene, group: str, states: dict[str, dict[str, float]],
 ) -> None:
     """Print the longest time in which a plan does not ask whether it is still wanted."""
     gaps: list[float] = []

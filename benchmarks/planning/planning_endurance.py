@@ -13,19 +13,15 @@ import time
 
 import numpy as np
 
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
-from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.planner import MotionPlanner, never
+from armsim_ros.planning.planner import never
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import planner_of, states_of
 from benchmarks.stack import resident_mib
 
 WARM = 500
@@ -40,15 +36,9 @@ def main(options: Options) -> None:
 
     Every tenth request is cancelled, every fourth has a goal that collides or may collide.
     """
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    scene = PlanningScene(model)
-    planner = MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics), log=_silent())
-    planner.prepare()
-    group, states = next(
-        (name, states) for name, states in model.robot.semantic.named_states.items()
-        if len(states) > 1)
+    planner, scene = planner_of(options.robot, _silent())
+    model = scene.kinematic_model
+    group, states = states_of(model)
     pairs = cycle(permutations(states, 2))
     rng = np.random.default_rng(options.seed)
     warm = min(WARM, options.goals)
@@ -101,7 +91,8 @@ def _edit(scene: PlanningScene, group: str, rng: np.random.Generator, number: in
 
 
 def _request(
-    group: str, start: dict[str, float], goal: dict[str, float], seed: int) -> MotionPlanRequest:
+    group: str, start: dict[str, float], goal: dict[str, float], seed: int
+) -> MotionPlanRequest:
     joints = tuple(JointConstraint(name, value, 1e-4, 1e-4) for name, value in goal.items())
     return MotionPlanRequest(
         group, (Constraints(joints),), StartState.from_positions(start), seed=seed,

@@ -6,26 +6,16 @@ from itertools import permutations
 from statistics import median
 import time
 
-from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
-from armsim_ros.model.loading import load_robot_model
-from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
-from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import planner_of
 
 
 def main(options: Options) -> None:
     """Print one line a pair of states: solved, median and largest time, path, duration."""
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    scene = PlanningScene(model)
-    planner = MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics))
-    planner.prepare()
+    planner, scene = planner_of(options.robot)
+    model = scene.kinematic_model
     print(f'{"from":>14} {"to":>14} {"solved":>7} {"median ms":>10} {"max ms":>8} '
           f'{"path rad":>9} {"lasts s":>8}')
     for group, states in model.robot.semantic.named_states.items():

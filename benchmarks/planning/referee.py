@@ -62,7 +62,7 @@ class Referee:
 
     def __init__(
         self, urdf: str | Path, srdf: str | Path, joints: Sequence[str], *,
-        velocity: float, acceleration: float,
+        velocity: float, acceleration: float
     ) -> None:
         self._model = pin.buildModelFromUrdf(str(urdf))
         self._robot = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.COLLISION)
@@ -82,7 +82,7 @@ class Referee:
 
     def trajectory(
         self, problem: Any, times: np.ndarray, positions: np.ndarray,
-        velocities: np.ndarray | None = None, accelerations: np.ndarray | None = None,
+        velocities: np.ndarray | None = None, accelerations: np.ndarray | None = None
     ) -> Verdict:
         """
         Judge timed points as a controller runs them.

@@ -67,7 +67,8 @@ def _rows(records: Sequence[Record]) -> list[tuple[str, ...]]:
 
 
 def _row(
-    name: str, records: Sequence[Record], ours: dict[tuple[str, int], Record]) -> tuple[str, ...]:
+    name: str, records: Sequence[Record], ours: dict[tuple[str, int], Record]
+) -> tuple[str, ...]:
     cpu = [1000.0 * each.cpu for each in records]
     solved = [each for each in records if each.path is not None]
     moving = [each for each in records if each.motion is not None]

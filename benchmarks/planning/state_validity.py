@@ -15,19 +15,16 @@ import numpy as np
 from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.arrays import Vector
-from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
-from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.queries import IKRequest, LinkPose
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import settings_from_config
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import planner_of
 from benchmarks.stack import processor_seconds, running_stack, Stack
 
 STATES, OBJECTS, POSES = 1000, 12, 100
@@ -39,12 +36,8 @@ ScatteredBox = tuple[str, tuple[float, float, float], Vector]
 
 def main(options: Options) -> None:
     """Print the processor time per state and per request, the least of ``--runs``."""
-    settings = load_robot_settings(options.robot)
-    model = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
-    scene = PlanningScene(model)
-    planner = MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics))
-    planner.prepare()
+    planner, scene = planner_of(options.robot)
+    model = scene.kinematic_model
     group = next(iter(model.robot.semantic.groups))
     rng = np.random.default_rng(options.seed)
     boxes = _boxes(rng)

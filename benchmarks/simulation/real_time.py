@@ -25,14 +25,7 @@ from benchmarks import listener
 from benchmarks.bringup.startup import startup_table
 from benchmarks.controllers.control_thread import goals_without_pause
 from benchmarks.options import Options
-from benchmarks.stack import (
-    joint_states_of,
-    peer,
-    processor_seconds,
-    READY,
-    running_stack,
-    Stack,
-)
+from benchmarks.stack import joint_states_of, peer, processor_seconds, READY, running_stack, Stack
 from benchmarks.tables import Table
 
 #: Stacks that run side by side.

@@ -13,12 +13,7 @@ from moveit_msgs.msg import CollisionObject, PlanningScene, PlanningSceneCompone
 from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene
 from shape_msgs.msg import SolidPrimitive
 from simulation_interfaces.msg import EntityState
-from simulation_interfaces.srv import (
-    DeleteEntity,
-    ResetSimulation,
-    SetEntityState,
-    SpawnEntity,
-)
+from simulation_interfaces.srv import DeleteEntity, ResetSimulation, SetEntityState, SpawnEntity
 
 from armsim_ros.clients.client_node import ClientNode
 

@@ -26,13 +26,10 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.servo import ServoParameters
-from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.kinematics.planning_limits import planning_robot
-from armsim_ros.model.loading import load_robot_model
 from armsim_ros.resources import share_folder
 from benchmarks.options import Options
+from benchmarks.planning.planned_robot import kinematics_of
 from benchmarks.stack import processor_seconds, running_stack
 from benchmarks.tables import machine_load, publish, Table
 
@@ -227,8 +224,7 @@ def _forward(user: User) -> tuple[str, str]:
 
 
 def _straightness(user: User) -> list[tuple[str, ...]]:
-    settings = load_robot_settings('sunday')
-    kinematics = KinematicModel(planning_robot(load_robot_model(settings), settings.joint_limits))
+    kinematics = kinematics_of('sunday')
 
     def tip(positions: Vector) -> Matrix:
         q = kinematics.insert(kinematics.default(), 'manipulator', positions)

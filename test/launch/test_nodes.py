@@ -6,17 +6,8 @@ import pytest
 import yaml
 
 from armsim_ros.launch.api.context import LaunchContext, TextSubstitution
-from armsim_ros.launch.api.ros_node import (
-    Node,
-    PushRosNamespace,
-    SetParameter,
-    SetRemap,
-)
-from armsim_ros.launch.api.ros_parameters import (
-    evaluate_parameters,
-    ParameterFile,
-    ParameterValue,
-)
+from armsim_ros.launch.api.ros_node import Node, PushRosNamespace, SetParameter, SetRemap
+from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile, ParameterValue
 from armsim_ros.launch.failures import LaunchError
 
 

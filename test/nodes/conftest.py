@@ -9,12 +9,7 @@ from control_msgs.msg import JointTrajectoryControllerState
 from controller_manager_msgs.msg import ControllerState
 from controller_manager_msgs.srv import ListControllers, SwitchController
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
-from moveit_msgs.msg import (
-    CollisionObject,
-    ContactInformation,
-    MoveItErrorCodes,
-    PlanningScene,
-)
+from moveit_msgs.msg import CollisionObject, ContactInformation, MoveItErrorCodes, PlanningScene
 from moveit_msgs.srv import (
     ApplyPlanningScene,
     GetCartesianPath,

@@ -9,9 +9,7 @@ import pytest
 from six_axis_requests import joint_goal, LEFT, request, RIGHT, SIX, WALL
 from trajectory_judge import between, judge, poses
 
-from armsim_ros.model.transforms import (
-    pose_matrix,
-)
+from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.planning.search.planners import PlannerTable

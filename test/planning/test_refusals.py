@@ -13,9 +13,7 @@ from six_axis_requests import joint_goal, LEFT, pose_goal, request, RIGHT
 from small_arms import two_six_axis_arms
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
-from armsim_ros.model.transforms import (
-    pose_matrix,
-)
+from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import (
     Constraints,

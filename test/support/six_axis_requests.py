@@ -5,10 +5,7 @@
 
 
 from armsim_ros.model.geometry import Sphere
-from armsim_ros.model.transforms import (
-    pose_matrix,
-    quat_xyzw_from_matrix,
-)
+from armsim_ros.model.transforms import pose_matrix, quat_xyzw_from_matrix
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,

@@ -8,9 +8,7 @@ import coal
 import numpy as np
 
 from armsim_ros.model.robot_model import JointType
-from armsim_ros.model.transforms import (
-    matrix_from_axis_angle,
-)
+from armsim_ros.model.transforms import matrix_from_axis_angle
 
 
 def poses(robot, positions):

@@ -144,7 +144,8 @@ def read_sensors(root: YamlNode, problems: list[Problem]) -> OctomapSettings:
 
 
 def _sensor(
-    name: str, block: YamlNode | None, item: YamlNode, problems: list[Problem]) -> Sensor | None:
+    name: str, block: YamlNode | None, item: YamlNode, problems: list[Problem]
+) -> Sensor | None:
     if block is None or not block.is_mapping:
         problems.append(Problem(
             f"sensor '{name}' has no block", item.place, remedy=f"add '{name}:' with its keys",

@@ -47,7 +47,7 @@ class GroupAction(Action):
 
     def __init__(
         self, actions: Iterable[Any], *, scoped: bool = True, forwarding: bool = True,
-        launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any,
+        launch_configurations: Mapping[Any, Any] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self._actions = normalize_to_list_of_entities(actions)
@@ -102,7 +102,7 @@ class OpaqueFunction(Action):
 
     def __init__(
         self, *, function: Callable[..., Any], args: Iterable[Any] | None = None,
-        kwargs: Mapping[str, Any] | None = None, **left_over: Any,
+        kwargs: Mapping[str, Any] | None = None, **left_over: Any
     ) -> None:
         super().__init__(**left_over)
         self._function = function
@@ -152,7 +152,7 @@ class ForLoop(Action):
 
     def __init__(
         self, length: SomeText, *, function: Callable[..., Any] | None = None,
-        name: str | None = None, entities: Iterable[Any] | None = None, **kwargs: Any,
+        name: str | None = None, entities: Iterable[Any] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self._length, self._function, self._name = length, function, name
@@ -184,7 +184,7 @@ class ForEach(Action):
 
     def __init__(
         self, input_values: SomeText, *, function: Callable[..., Any] | None = None,
-        entities: Iterable[Any] | None = None, **kwargs: Any,
+        entities: Iterable[Any] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self._values, self._function = input_values, function

@@ -33,7 +33,7 @@ class DeclareLaunchArgument(Action):
 
     def __init__(
         self, name: str, *, default_value: Any = None, description: str | None = None,
-        choices: Iterable[str] | None = None, **kwargs: Any,
+        choices: Iterable[str] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(condition=kwargs.pop('condition', None))
         kwargs.clear()
@@ -82,12 +82,7 @@ class DeclareLaunchArgument(Action):
 
 
 class _SetAction(Action):
-    """
-    Sets a named value.
-
-    :param name: its name.
-    :param value: its value.
-    """
+    """Sets a named value."""
 
     def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -222,7 +217,7 @@ class AppendEnvironmentVariable(Action):
 
     def __init__(
         self, name: SomeText, value: SomeText, prepend: Any = False,
-        separator: SomeText = os.pathsep, **kwargs: Any,
+        separator: SomeText = os.pathsep, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self._name, self._value = name, value

@@ -107,7 +107,7 @@ class LaunchContext:
 
     def __init__(
         self, *, argv: Iterable[str] | None = None, noninteractive: bool = True,
-        engine: Engine | None = None,
+        engine: Engine | None = None
     ) -> None:
         self.argv = list(argv or ())
         self.noninteractive = noninteractive

@@ -38,7 +38,7 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     def __init__(
         self, initial_entities: Iterable[Any] | None = None, *,
-        deprecated_reason: str | None = None,
+        deprecated_reason: str | None = None
     ) -> None:
         self._entities = normalize_to_list_of_entities(initial_entities or ())
         self.deprecated_reason = deprecated_reason
@@ -213,7 +213,7 @@ class IncludeLaunchDescription(Action):
 
     def __init__(
         self, launch_description_source: Any = None, *,
-        launch_arguments: Any = None, **kwargs: Any,
+        launch_arguments: Any = None, **kwargs: Any
     ) -> None:
         super().__init__(condition=kwargs.get('condition'))
         source = launch_description_source

@@ -29,8 +29,7 @@ class EventHandler:
     """
 
     def __init__(
-        self, *, matcher: Callable[[Any], bool], entities: Any = None,
-        handle_once: bool = False,
+        self, *, matcher: Callable[[Any], bool], entities: Any = None, handle_once: bool = False,
     ) -> None:
         self._matcher = matcher
         self._entities = entities
@@ -59,12 +58,7 @@ class BaseEventHandler(EventHandler):
 
 
 class _OfTarget(EventHandler):
-    """
-    Waits for an event of some actions.
-
-    :param kind: of the event.
-    :param target: an action, several, a choosing function, or None for any.
-    """
+    """Waits for an event of an action, of several, of those a function chooses, or of any."""
 
     def __init__(self, kind: type, target: Any, then: Any, handle_once: bool) -> None:
         super().__init__(matcher=lambda event: isinstance(event, kind) and self._is_target(event),
@@ -130,7 +124,7 @@ class OnStateTransition(_OfTarget):
         self, *, entities: Any = None, target_lifecycle_node: Any = None,
         transition: str | None = None, start_state: str | None = None,
         goal_state: str | None = None, matcher: Any = None, handle_once: bool = False,
-        **_kwargs: Any,
+        **_kwargs: Any
     ) -> None:
         super().__init__(events.StateTransition, target_lifecycle_node, entities, handle_once)
         self._states = (start_state, goal_state)
@@ -206,7 +200,7 @@ class TimerAction(Action):
 
     def __init__(
         self, *, period: Any, actions: Iterable[Any], cancel_on_shutdown: Any = True,
-        **kwargs: Any,
+        **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self.period = period
@@ -338,8 +332,7 @@ class LifecycleTransition(Action):
     """
 
     def __init__(
-        self, *, lifecycle_node_names: Iterable[Any], transition_ids: Iterable[Any],
-        **kwargs: Any,
+        self, *, lifecycle_node_names: Iterable[Any], transition_ids: Iterable[Any], **kwargs: Any,
     ) -> None:
         super().__init__(condition=kwargs.get('condition'))
         self._names = list(lifecycle_node_names)

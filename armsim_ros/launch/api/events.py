@@ -26,7 +26,7 @@ class Shutdown(Event):
 
     def __init__(
         self, *, reason: str = 'reason not given', due_to_sigint: bool = False,
-        due_to_failure: bool = False, **_kwargs: Any,
+        due_to_failure: bool = False, **_kwargs: Any
     ) -> None:
         self.reason = reason
         self.due_to_sigint = due_to_sigint
@@ -76,8 +76,7 @@ class ProcessEvent(Event):
 
     def __init__(
         self, *, action: Any, name: str = '', cmd: list[str] | None = None,
-        cwd: str | None = None, env: dict[str, str] | None = None, pid: int = 0,
-        **_kwargs: Any,
+        cwd: str | None = None, env: dict[str, str] | None = None, pid: int = 0, **_kwargs: Any,
     ) -> None:
         self.action = action
         self.process_name = name

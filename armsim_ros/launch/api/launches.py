@@ -58,7 +58,7 @@ class DeclareBooleanLaunchArg(DeclareLaunchArgument):
 def add_debuggable_node(
     ld: LaunchDescription, package: SomeText, executable: SomeText,
     condition_name: str = 'debug', commands_file: str | None = None,
-    extra_debug_args: Iterable[str] | None = None, **kwargs: Any,
+    extra_debug_args: Iterable[str] | None = None, **kwargs: Any
 ) -> None:
     """Add a node, and the same node in a debugger for when an argument asks for it."""
     requested = LaunchConfiguration(condition_name)
@@ -212,7 +212,7 @@ _MANAGER, _UNLOAD = 'controller_manager_name', 'unload_on_kill'
 
 def generate_controllers_spawner_launch_description(
     controller_names: Iterable[Any], controller_params_files: Iterable[Any] | None = None,
-    extra_spawner_args: Iterable[Any] = (),
+    extra_spawner_args: Iterable[Any] = ()
 ) -> LaunchDescription:
     """Return the spawner of some controllers, with launch arguments for manager and end."""
     files = [word for file in controller_params_files or () if file
@@ -249,7 +249,7 @@ def generate_controllers_spawner_launch_description_from_dict(
 
 def generate_load_controller_launch_description(
     controller_name: Any, controller_params_file: Any = None,
-    extra_spawner_args: Iterable[Any] = (),
+    extra_spawner_args: Iterable[Any] = ()
 ) -> LaunchDescription:
     """Return the spawner of a controller."""
     return generate_controllers_spawner_launch_description(
@@ -292,11 +292,7 @@ def _files(given: Any) -> list[Any]:
 
 
 def _check(name: str, value: Any, kind: type) -> Any:
-    """
-    Return a value.
-
-    :raises ValueError: it is not of its kind.
-    """
+    """Return a value; ValueError where it is not of its kind."""
     if type(value) is not kind:
         raise ValueError(f'{name}: {value!r} is a {type(value).__name__}, not a {kind.__name__}')
     return value

@@ -243,8 +243,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
     def planning_scene_monitor(
         self, publish_planning_scene: bool = True, publish_geometry_updates: bool = True,
         publish_state_updates: bool = True, publish_transforms_updates: bool = True,
-        publish_robot_description: bool = False,
-        publish_robot_description_semantic: bool = False,
+        publish_robot_description: bool = False, publish_robot_description_semantic: bool = False,
     ) -> Self:
         """Set which parts of the planning scene are published."""
         self._configs.planning_scene_monitor = {

@@ -84,7 +84,7 @@ class RewrittenYaml(_NewFile):
     def __init__(
         self, source_file: SomeText, param_rewrites: Mapping[str, Any],
         root_key: SomeText | None = None, key_rewrites: Mapping[str, Any] | None = None,
-        value_rewrites: Mapping[str, Any] | None = None, convert_types: bool = False,
+        value_rewrites: Mapping[str, Any] | None = None, convert_types: bool = False
     ) -> None:
         super().__init__(source_file)
         self._values = dict(param_rewrites)

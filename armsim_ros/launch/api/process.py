@@ -55,7 +55,7 @@ class ExecuteLocal(Action):
         output: Any = 'log', output_format: str = '[{this.process_description.final_name}] {line}',
         cached_output: bool = False, log_cmd: bool = False, on_exit: Any = None,
         respawn: Any = False, respawn_delay: Any = None, respawn_max_retries: Any = -1,
-        **kwargs: Any,
+        **kwargs: Any
     ) -> None:
         super().__init__(condition=kwargs.pop('condition', None))
         if kwargs:
@@ -199,7 +199,7 @@ class ExecuteProcess(ExecuteLocal):
         self, *, cmd: Iterable[SomeText], prefix: SomeText | None = None,
         name: SomeText | None = None, cwd: SomeText | None = None,
         env: Mapping[Any, Any] | None = None,
-        additional_env: Mapping[Any, Any] | None = None, **kwargs: Any,
+        additional_env: Mapping[Any, Any] | None = None, **kwargs: Any
     ) -> None:
         words = [cmd] if isinstance(cmd, str) else cmd
         super().__init__(process_description=Executable(

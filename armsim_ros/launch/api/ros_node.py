@@ -50,7 +50,7 @@ class Node(ExecuteProcess):
         parameters: Any = None, remappings: Any = None, ros_arguments: Any = None,
         arguments: Any = None, node_executable: SomeText | None = None,
         node_name: SomeText | None = None, node_namespace: SomeText | None = None,
-        output: Any = 'log', **kwargs: Any,
+        output: Any = 'log', **kwargs: Any
     ) -> None:
         """Keep all of it; the names with ``node_`` are those of Foxy and before."""
         executable = executable if executable is not None else node_executable
@@ -120,17 +120,15 @@ class Node(ExecuteProcess):
                 own.get(NAMESPACE_KEY, ''),
                 '' if self._namespace is None else perform_text(context, self._namespace)),
             parameters=parameters,
-            remappings=[*own.get(REMAPPINGS_KEY, ()), *self._pairs(context)],
+            remappings=[*own.get(REMAPPINGS_KEY, ()), *(
+                (perform_text(context, source), perform_text(context, target))
+                for source, target in self._remappings)],
             arguments=[_word(context, argument) for argument in self._arguments],
             ros_arguments=[_word(context, argument) for argument in self._ros_arguments],
         )
         if self.process_description.name is None:
             made.name = executable
         return made
-
-    def _pairs(self, context: LaunchContext) -> list[tuple[str, str]]:
-        return [(perform_text(context, source), perform_text(context, target))
-                for source, target in self._remappings]
 
 
 class LifecycleNode(Node):
@@ -277,7 +275,7 @@ class ComposableNode(Placed):
         self, *, package: SomeText, plugin: SomeText, name: SomeText | None = None,
         namespace: SomeText | None = None, parameters: Any = None, remappings: Any = None,
         extra_arguments: Any = None, condition: Any = None, node_plugin: Any = None,
-        node_name: Any = None,
+        node_name: Any = None
     ) -> None:
         self.package, self.node_plugin = package, plugin
         self.node_name = name if name is not None else node_name
@@ -324,8 +322,7 @@ class LoadComposableNodes(Action):
     """
 
     def __init__(
-        self, *, composable_node_descriptions: Iterable[Any], target_container: Any,
-        **kwargs: Any,
+        self, *, composable_node_descriptions: Iterable[Any], target_container: Any, **kwargs: Any,
     ) -> None:
         super().__init__(condition=kwargs.get('condition'))
         self._nodes = list(composable_node_descriptions)
@@ -355,7 +352,7 @@ class ComposableNodeContainer(Node):
 
     def __init__(
         self, *, name: SomeText, namespace: SomeText | None = None,
-        composable_node_descriptions: Iterable[Any] | None = None, **kwargs: Any,
+        composable_node_descriptions: Iterable[Any] | None = None, **kwargs: Any
     ) -> None:
         super().__init__(name=name, namespace=namespace, **kwargs)
         self._components = list(composable_node_descriptions or ())

@@ -205,11 +205,7 @@ def parts_of(values: Sequence[Any]) -> list[SomeText]:
 
 
 class _Combination(Substitution):
-    """
-    A combination of several booleans.
-
-    :param values: each true or false; one by one or as one sequence.
-    """
+    """A combination of booleans, given one by one or as a sequence."""
 
     def __init__(self, *values: Any) -> None:
         self._values = parts_of(values)

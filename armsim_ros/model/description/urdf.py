@@ -29,7 +29,7 @@ from armsim_ros.model.inertia import (
     POINT_MASS,
     too_dense,
 )
-from armsim_ros.model.robot_model import HardwareSystem, Inertial, Joint, JointType, Link
+from armsim_ros.model.robot_model import HardwareSystem, Joint, JointType, Link
 from armsim_ros.model.tree import tree_order
 
 _KNOWN_TAGS = ('link', 'joint', 'material', 'transmission', 'gazebo', 'ros2_control', 'mujoco')
@@ -241,8 +241,8 @@ def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextR
         reason = implausible(inertial, shapes)
         if not reason and not heavy:
             return link
-        if _is_massless_frame(inertial, link):
-            return replace(link, inertial=None)
+        if 0.0 <= inertial.mass < LEAST_MASS and not link.collisions and not link.visuals:
+            return replace(link, inertial=None)  # zeros: it is only a frame
         if heavy:
             reason = f'the mass {mass:g} kg is too large for its shape'
             mass *= 1e-3
@@ -261,8 +261,3 @@ def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextR
         f'{values} kg*m^2' + (' from its shape' if shapes and not kept else ''), where,
         'give it an <inertial>' if inertial is None else 'correct its <inertial>')
     return replace(link, inertial=made)
-
-
-def _is_massless_frame(inertial: Inertial, link: Link) -> bool:
-    """Whether a link without shapes was given zeros: it is only a frame."""
-    return 0.0 <= inertial.mass < LEAST_MASS and not link.collisions and not link.visuals

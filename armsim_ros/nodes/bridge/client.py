@@ -13,12 +13,7 @@ from typing import Any
 from rclpy.serialization import serialize_message
 
 from armsim_ros.nodes.bridge.conversion.incoming import aside
-from armsim_ros.nodes.bridge.conversion.outgoing import (
-    cbor_values,
-    json_values,
-    Packed,
-    to_cbor,
-)
+from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values, Packed, to_cbor
 from armsim_ros.nodes.bridge.frames import Fragments, Part, text_frames, to_frame
 from armsim_ros.nodes.bridge.refusal import Level
 

@@ -11,11 +11,7 @@ from contextlib import suppress
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from rclpy.exceptions import (
-    InvalidHandle,
-    InvalidServiceNameException,
-    InvalidTopicNameException,
-)
+from rclpy.exceptions import InvalidHandle, InvalidServiceNameException, InvalidTopicNameException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import NodeNameNonExistentError
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy

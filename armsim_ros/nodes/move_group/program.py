@@ -38,10 +38,7 @@ from armsim_ros.nodes.move_group.parameters import (
     MoveGroupParameters,
     planning_parameters,
 )
-from armsim_ros.nodes.move_group.perception.octomap_monitor import (
-    octomap_settings,
-    OctomapMonitor,
-)
+from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob

@@ -30,12 +30,7 @@ from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.scene_sources.simulated_world import initial_scene
-from armsim_ros.servo.assembly import (
-    arm_group,
-    build_stream,
-    check_parameters,
-    ServoSettingsError,
-)
+from armsim_ros.servo.assembly import arm_group, build_stream, check_parameters, ServoSettingsError
 from armsim_ros.servo.commands import CommandInbox
 
 READY = 'Servo initialized successfully'

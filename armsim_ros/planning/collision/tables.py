@@ -11,12 +11,7 @@ import numpy as np
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.budget import nothing, Poll, POLLED_STATES
-from armsim_ros.planning.collision.bodies import (
-    BodyKey,
-    margins,
-    PlacedShape,
-    required_pairs,
-)
+from armsim_ros.planning.collision.bodies import BodyKey, margins, PlacedShape, required_pairs
 from armsim_ros.planning.collision.broad_phase import BroadPhase, CollisionTest
 from armsim_ros.planning.collision.contact_query import ContactDistances, within_margins
 from armsim_ros.planning.collision.near_pairs import Exactly

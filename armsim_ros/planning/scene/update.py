@@ -15,11 +15,7 @@ from typing import Any
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
-from armsim_ros.planning.scene.content import (
-    Color,
-    FixedFrame,
-    SceneDraft,
-)
+from armsim_ros.planning.scene.content import Color, FixedFrame, SceneDraft
 from armsim_ros.planning.scene.object_operations import (
     apply_attached,
     apply_attached_in_state,

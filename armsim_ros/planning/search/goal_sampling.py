@@ -18,12 +18,7 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
-from armsim_ros.planning.constraint_terms import (
-    JointTerm,
-    OrientationTerm,
-    Poses,
-    PositionTerm,
-)
+from armsim_ros.planning.constraint_terms import JointTerm, OrientationTerm, Poses, PositionTerm
 from armsim_ros.planning.constraints import ConstraintSet
 
 MAX_GOALS = 10

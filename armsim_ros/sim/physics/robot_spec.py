@@ -17,14 +17,7 @@ from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Mesh
 from armsim_ros.model.meshes import convex_parts
-from armsim_ros.model.robot_model import (
-    Inertial,
-    Joint,
-    JointType,
-    Link,
-    LinkGeometry,
-    RobotModel,
-)
+from armsim_ros.model.robot_model import Inertial, Joint, JointType, Link, LinkGeometry, RobotModel
 from armsim_ros.model.transforms import pose_matrix, quat_wxyz_from_matrix
 from armsim_ros.sim.physics.geoms import (
     add_geom,

@@ -40,7 +40,7 @@ def migrate(robot: str, target: Path) -> list[str]:
     target.mkdir(parents=True, exist_ok=True)
     report = _write_settings(before, target)
     report += _copy_others(before, others, target)
-    report += _left_out(before)
+    report += [str(remark) for remark in before.remarks if remark.severity is Severity.INFO]
     report += _launch_answers(before)
     after = load_robot_settings(str(target), urdf=before.urdf_file)
     differences = _differences(before, after)
@@ -116,10 +116,6 @@ def _other_files(before: RobotSettings) -> list[Path]:
     return [file for file in sorted(before.folder.rglob('*'))
             if file.is_file() and file.resolve() not in settings
             and not file.name.endswith(('.launch', '.launch.xml'))]
-
-
-def _left_out(before: RobotSettings) -> list[str]:
-    return [str(remark) for remark in before.remarks if remark.severity is Severity.INFO]
 
 
 def _launch_answers(before: RobotSettings) -> list[str]:

@@ -15,10 +15,7 @@ from control_msgs.srv import QueryTrajectoryState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode, LATCHED
-from armsim_ros.clients.controller_manager import (
-    ControllerManagerClient,
-    ParameterClient,
-)
+from armsim_ros.clients.controller_manager import ControllerManagerClient, ParameterClient
 from armsim_ros.clients.trajectory import Goal, Outcome, SUCCEEDED, TrajectoryClient
 from armsim_ros.testing.program import Program
 

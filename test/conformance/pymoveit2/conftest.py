@@ -28,11 +28,7 @@ from faster import FASTER  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
 from armsim_ros.clients.node import destroy_node  # noqa: E402
-from armsim_ros.testing.program import (  # noqa: E402
-    private_domain,
-    Program,
-    ros_environment,
-)
+from armsim_ros.testing.program import private_domain, Program, ros_environment  # noqa: E402
 
 GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
                f'scene_from_world:=false {shlex.quote(FASTER)}')

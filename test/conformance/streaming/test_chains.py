@@ -8,16 +8,8 @@ from collections.abc import Iterator
 from contextlib import closing
 from typing import Any
 
-from control_msgs.msg import (
-    AdmittanceControllerState,
-    MultiDOFCommand,
-    MultiDOFStateStamped,
-)
-from controller_manager_msgs.srv import (
-    ListControllers,
-    ListHardwareInterfaces,
-    SwitchController,
-)
+from control_msgs.msg import AdmittanceControllerState, MultiDOFCommand, MultiDOFStateStamped
+from controller_manager_msgs.srv import ListControllers, ListHardwareInterfaces, SwitchController
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters

@@ -6,10 +6,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from control_msgs.msg import (
-    JointJog,
-    MultiDOFCommand,
-)
+from control_msgs.msg import JointJog, MultiDOFCommand
 from geometry_msgs.msg import PoseStamped
 from moveit_task_constructor_msgs.action import ExecuteTaskSolution
 from moveit_task_constructor_msgs.msg import Solution, SubTrajectory

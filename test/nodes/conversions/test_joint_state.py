@@ -6,10 +6,7 @@ import numpy as np
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from armsim_ros.nodes.conversions.trajectory import (
-    DynamicJointStateBuffer,
-    serialized_joint_state,
-)
+from armsim_ros.nodes.conversions.trajectory import DynamicJointStateBuffer, serialized_joint_state
 
 
 def test_a_serialized_message_has_the_new_values() -> None:

@@ -7,10 +7,7 @@ import pytest
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.nodes.conversions.trajectory import (
-    trajectory_from_message,
-    trajectory_to_message,
-)
+from armsim_ros.nodes.conversions.trajectory import trajectory_from_message, trajectory_to_message
 from armsim_ros.trajectory import JointTrajectory
 
 

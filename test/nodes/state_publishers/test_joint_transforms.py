@@ -11,13 +11,7 @@ import pytest
 from rclpy.serialization import deserialize_message
 from tf2_msgs.msg import TFMessage
 
-from armsim_ros.model.robot_model import (
-    Joint,
-    JointType,
-    Link,
-    Mimic,
-    RobotModel,
-)
+from armsim_ros.model.robot_model import Joint, JointType, Link, Mimic, RobotModel
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
     matrix_from_quat_xyzw,

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.verbs.plot import (
-    JointRecord,
-    main,
-    read_csv,
-    read_recording,
-    write_picture,
-)
+from armsim_ros.nodes.verbs.plot import JointRecord, main, read_csv, read_recording, write_picture
 
 
 @pytest.fixture

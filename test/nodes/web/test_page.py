@@ -18,11 +18,7 @@ pytest.importorskip('viser')
 pytest.importorskip('playwright')
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.trajectory import (
-    CANCELED,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import CANCELED, trajectory_message, TrajectoryClient
 from armsim_ros.testing.page_user import changed, chromium_path, printed_address, reddish
 from armsim_ros.testing.program import private_domain, ros_environment, start_program
 from armsim_ros.testing.robot_user import READY, RobotUser

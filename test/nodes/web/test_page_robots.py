@@ -12,12 +12,7 @@ pytest.importorskip('playwright')
 
 from public_robots import public_urdf
 
-from armsim_ros.testing.page_user import (
-    changed,
-    chromium_path,
-    printed_address,
-    robot_is_seen,
-)
+from armsim_ros.testing.page_user import changed, chromium_path, printed_address, robot_is_seen
 from armsim_ros.testing.robot_user import running_robot
 from armsim_ros.tools.generate_config.main import generate_config
 

@@ -12,9 +12,7 @@ from trajectory_judge import between, poses
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Sphere
-from armsim_ros.model.transforms import (
-    pose_matrix,
-)
+from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,

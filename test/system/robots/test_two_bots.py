@@ -13,11 +13,7 @@ from tf2_msgs.msg import TFMessage
 
 from armsim_ros.clients.controller_manager import ControllerManagerClient
 from armsim_ros.clients.motion import SUCCESS
-from armsim_ros.clients.trajectory import (
-    SUCCEEDED,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import SUCCEEDED, trajectory_message, TrajectoryClient
 from armsim_ros.testing.robot_user import running_robot
 
 SIDES = ('left', 'right')

@@ -17,12 +17,7 @@ from simulation_interfaces.srv import GetSimulationState, SetSimulationState, St
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ControllerManagerClient
-from armsim_ros.clients.trajectory import (
-    ABORTED,
-    SUCCEEDED,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message, TrajectoryClient
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.resources import find_robot
 from armsim_ros.testing.program import private_domain, Program, start_program

@@ -17,10 +17,7 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import as_joint_trajectory, MultiDofTrajectory
 from armsim_ros.nodes.conversions.planning_scene import is_empty
-from armsim_ros.nodes.conversions.trajectory import (
-    multi_dof_from_message,
-    trajectory_from_message,
-)
+from armsim_ros.nodes.conversions.trajectory import multi_dof_from_message, trajectory_from_message
 from armsim_ros.nodes.move_group.context import (
     Context,
     fill_error,

@@ -25,11 +25,7 @@ from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import SetSimulationState
 
 from armsim_ros.clients.client_node import LATCHED
-from armsim_ros.clients.controller_manager import (
-    BEST_EFFORT,
-    ParameterClient,
-    STRICT,
-)
+from armsim_ros.clients.controller_manager import BEST_EFFORT, ParameterClient, STRICT
 from armsim_ros.clients.trajectory import SUCCEEDED
 
 statement = pytest.mark.statement

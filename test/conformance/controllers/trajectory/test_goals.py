@@ -12,12 +12,7 @@ from controller_bench import Bench, point, Result, seconds, tolerance, Trajector
 import pytest
 
 from armsim_ros.clients.client_node import ClientNode, LATCHED
-from armsim_ros.clients.trajectory import (
-    ABORTED,
-    CANCELED,
-    SUCCEEDED,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import ABORTED, CANCELED, SUCCEEDED, TrajectoryClient
 
 statement = pytest.mark.statement
 upstream = pytest.mark.upstream

@@ -6,14 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from controller_bench import (
-    Bench,
-    feedback_samples,
-    point,
-    Sample,
-    seconds,
-    TrajectoryController,
-)
+from controller_bench import Bench, feedback_samples, point, Sample, seconds, TrajectoryController
 import numpy as np
 import pytest
 from scipy.interpolate import BPoly

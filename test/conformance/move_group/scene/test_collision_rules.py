@@ -8,11 +8,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from move_group_bench import xyz
-from moveit_msgs.msg import (
-    AllowedCollisionEntry,
-    LinkPadding,
-    PlanningSceneComponents,
-)
+from moveit_msgs.msg import AllowedCollisionEntry, LinkPadding, PlanningSceneComponents
 import pytest
 from shape_msgs.msg import Plane
 from wire import at, box, quiet_diff, thing

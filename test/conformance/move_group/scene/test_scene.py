@@ -10,11 +10,7 @@ from typing import Any
 
 from geometry_msgs.msg import Pose, Quaternion, TransformStamped
 from move_group_bench import xyz
-from moveit_msgs.msg import (
-    CollisionObject,
-    ObjectColor,
-    PlanningSceneComponents,
-)
+from moveit_msgs.msg import CollisionObject, ObjectColor, PlanningSceneComponents
 from moveit_msgs.srv import GetPlanningScene, LoadMap, SaveMap
 import numpy as np
 import pytest

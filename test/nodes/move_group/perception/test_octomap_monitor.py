@@ -16,10 +16,7 @@ from armsim_ros.config.move_group.sensors_3d import OctomapSettings, PointCloudS
 from armsim_ros.config.simulation import CameraSettings, SimulationSettings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.nodes.move_group.perception import octomap_monitor
-from armsim_ros.nodes.move_group.perception.octomap_monitor import (
-    octomap_settings,
-    OctomapMonitor,
-)
+from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 

@@ -8,15 +8,7 @@ import pytest
 trimesh = pytest.importorskip('trimesh')
 
 from armsim_ros.errors import ResourceError  # noqa: E402
-from armsim_ros.model.geometry import (  # noqa: E402
-    Box,
-    Capsule,
-    Cone,
-    Cylinder,
-    Mesh,
-    Plane,
-    Sphere,
-)
+from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Mesh, Plane, Sphere  # noqa: E402
 from armsim_ros.model.robot_model import Link, LinkGeometry  # noqa: E402
 from armsim_ros.nodes.web.view.shapes import parts_of_file, ShapeReader  # noqa: E402
 

@@ -16,11 +16,7 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.trajectory import (
-    SUCCEEDED,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import SUCCEEDED, trajectory_message, TrajectoryClient
 from armsim_ros.testing.program import Program, ros_environment
 
 ARM = '/sunday/arm_joint_controller'

@@ -12,12 +12,7 @@ from armsim_ros.clients.controller_manager import (
     ControllerManagerClient,
     ParameterClient,
 )
-from armsim_ros.clients.trajectory import (
-    ABORTED,
-    SUCCEEDED,
-    trajectory_message,
-    TrajectoryClient,
-)
+from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message, TrajectoryClient
 from armsim_ros.testing.program import Program
 
 MANAGER = '/sunday/controller_manager'

@@ -15,10 +15,7 @@ from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.controller_manager import (
-    ControllerManagerClient,
-    ParameterClient,
-)
+from armsim_ros.clients.controller_manager import ControllerManagerClient, ParameterClient
 from armsim_ros.testing.program import Program, start_program
 
 MANAGER = '/sunday/controller_manager'
