@@ -18,10 +18,10 @@ DRAWS = 16
 BATCH = 8
 """Shortcuts whose pairs are drawn at once."""
 
-LEAST_GAIN = 0.01
+LEAST_GAIN = 0.013
 """Share of the path's length that a shortcut has to save."""
 
-FAILURES = 8
+FAILURES = 6
 """Shortcuts in a row without success after which a straight path is left as it is."""
 
 PATIENCE = 2.0
