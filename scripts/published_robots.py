@@ -345,7 +345,7 @@ def _grip(robot: Robot) -> str:
     from control_msgs.msg import GripperCommand as GripperCommandMessage
     from sensor_msgs.msg import JointState
 
-    from armsim_ros.clients.node import PatientActionClient
+    from armsim_ros.clients.action_client import PatientActionClient
 
     client, limits = robot.client, robot.limits()
     grippers = robot.active_controllers('GripperActionController')

@@ -16,11 +16,12 @@ from typing import Any
 
 #: Module -> its public names.
 _LAZY = {
+    'action_client': ('PatientActionClient',),
     'client_node': ('ClientNode', 'Collector', 'LATCHED'),
     'controller_manager': ('ControllerManagerClient', 'ParameterClient'),
     'motion': ('code_text', 'plan_goal', 'Stopper', 'SUCCESS'),
     'move_group': ('MoveGroupClient',),
-    'node': ('GoalRun', 'PatientActionClient'),
+    'node': ('GoalRun',),
     'ros_client': ('NotServedError', 'RosClient'),
     'simulation': ('SimulationClient',),
     'streamed_arm': ('StreamedArm',),

@@ -9,10 +9,9 @@ from concurrent.futures import Future
 from contextlib import suppress
 import threading
 import traceback
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import rclpy
-from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -20,40 +19,15 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from typing_extensions import Self
 
+from armsim_ros.nodes.polling_node import destroy_actions
+
+if TYPE_CHECKING:  # half of what a client without actions would import
+    from rclpy.action import ActionClient
+
+    from armsim_ros.clients.action_client import PatientActionClient
+
 #: How long the thread may take to end on a machine that is busy [s].
 _END = 10.0
-
-
-class PatientActionClient(ActionClient):
-    """
-    rclpy's action client, which notes a request before it reads the answer.
-
-    rclpy 7.1 drops an answer that its executor takes before the sending thread has noted the
-    request (later versions hold a lock).
-    """
-
-    def __init__(self, *args: Any, **options: Any) -> None:
-        self._sending = threading.RLock()
-        super().__init__(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
-
-    def send_goal_async(self, *args: Any, **options: Any) -> Any:
-        """Send a goal."""
-        with self._sending:
-            return super().send_goal_async(*args, **options)  # type: ignore[no-untyped-call] # rclpy's
-
-    def _cancel_goal_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._cancel_goal_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
-
-    def _get_result_async(self, goal_handle: Any) -> Any:
-        with self._sending:
-            return super()._get_result_async(goal_handle)  # type: ignore[no-untyped-call] # rclpy's
-
-    async def execute(self, taken_data: Any) -> None:
-        """Take answers once no request is about to be recorded."""
-        with self._sending:
-            pass
-        await super().execute(taken_data)  # type: ignore[no-untyped-call] # rclpy's
 
 
 class SpinningNode:
@@ -101,6 +75,8 @@ class SpinningNode:
 
         :param profiles: QoS profiles as ``ActionClient`` takes them.
         """
+        from armsim_ros.clients.action_client import PatientActionClient
+
         if (kind, name) not in self._actions:
             self._actions[kind, name] = PatientActionClient(self.node, kind, name, **profiles)
         return self._actions[kind, name]
@@ -161,15 +137,8 @@ class SpinningNode:
 
 
 def destroy_node(node: Node) -> None:
-    """
-    Destroy a node and its actions.
-
-    ``Node.destroy_node`` leaves actions, whose handles keep the participant in the domain until
-    they are garbage.
-    """
-    for each in [*node.waitables]:
-        if isinstance(each, ActionClient | ActionServer):
-            each.destroy()  # type: ignore[no-untyped-call] # rclpy's
+    """Destroy a node and its actions."""
+    destroy_actions(node)
     node.destroy_node()
 
 

@@ -13,15 +13,13 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 import inspect
+import sys
 import traceback
-from typing import Any
+from typing import Any, TYPE_CHECKING
 import weakref
 
-from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from rclpy.action import ActionClient, ActionServer
-from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -34,6 +32,10 @@ from rclpy.time_source import CLOCK_TOPIC
 from type_description_interfaces.srv import GetTypeDescription
 
 from armsim_ros.nodes import qos
+
+if TYPE_CHECKING:  # half of what a program without actions would import
+    from rclpy.action import ActionServer
+    from rclpy.action.server import ServerGoalHandle
 
 #: Packages of the services that rclpy serves itself.
 _RCLPYS = ('rcl_interfaces', 'type_description_interfaces')
@@ -84,13 +86,25 @@ class KeptResults:
         server, key = self._server, bytes(goal.goal_id.uuid)
         if key not in server._result_futures:
             return  # its time was up
-        unknown = server._action_type.Impl.GetResultService.Response()
-        unknown.status = GoalStatus.STATUS_UNKNOWN
         forgotten = Future()
-        forgotten.set_result(unknown)
+        # A response that says nothing else has the status of an unknown goal.
+        forgotten.set_result(server._action_type.Impl.GetResultService.Response())
         server.remove_future(server._result_futures[key])
         server._result_futures[key] = forgotten
         server.add_future(forgotten)
+
+
+def destroy_actions(node: Node) -> None:
+    """
+    Destroy a node's clients and servers of actions, in the thread of its executor.
+
+    ``Node.destroy_node`` leaves them; their handles keep the participant in the domain until they
+    are garbage.
+    """
+    if actions := sys.modules.get('rclpy.action'):
+        for waitable in list(node.waitables):
+            if isinstance(waitable, (actions.ActionServer, actions.ActionClient)):
+                waitable.destroy()
 
 
 class GuardedNode(Node):
@@ -121,9 +135,7 @@ class GuardedNode(Node):
 
     def destroy_node(self) -> None:
         """Take all endpoints down; those of actions, too, which rclpy leaves to their makers."""
-        for waitable in list(self.waitables):
-            if isinstance(waitable, (ActionServer, ActionClient)):
-                waitable.destroy()  # type: ignore[no-untyped-call] # rclpy's
+        destroy_actions(self)
         super().destroy_node()  # type: ignore[no-untyped-call] # rclpy's
 
     def _guarded(self, kind: Any, callback: Answer) -> Answer:

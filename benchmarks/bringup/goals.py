@@ -11,7 +11,7 @@ from moveit_msgs.action import MoveGroup
 from moveit_msgs.msg import Constraints, JointConstraint
 from moveit_msgs.srv import GetStateValidity
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 from benchmarks.options import Options
 from benchmarks.stack import median, resident_mib, running_stack, Stack
 

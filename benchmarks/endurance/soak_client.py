@@ -40,8 +40,8 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from shape_msgs.msg import SolidPrimitive
 
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.model.loading import load_robot_model
 

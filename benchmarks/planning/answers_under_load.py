@@ -26,8 +26,8 @@ from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.node import PatientActionClient
 from benchmarks.options import Options
 from benchmarks.planning.planned_robot import kinematics_of, states_of
 from benchmarks.planning.planning_cancel import block, plan_goal

@@ -16,7 +16,7 @@ from typing import Any
 from faster import FASTER
 import pytest
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 TIMEOUT = 20.0

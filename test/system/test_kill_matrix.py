@@ -32,8 +32,8 @@ from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.clients.trajectory import trajectory_message
 from armsim_ros.testing.program import private_domain, Program, start_program
 

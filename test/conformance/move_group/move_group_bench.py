@@ -32,9 +32,9 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from wire import detached, joint_goal, quiet_diff, robot_state
 
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.clients.node import PatientActionClient
 
 SUCCEEDED, CANCELED, ABORTED = (
     GoalStatus.STATUS_SUCCEEDED,

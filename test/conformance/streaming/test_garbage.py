@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 from streaming_bench import ARM, JOINTS, NAMESPACE, Streamed
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 
 statement = pytest.mark.statement
 

@@ -23,7 +23,7 @@ from shape_msgs.msg import SolidPrimitive
 from streaming_bench import beside, JOINTS, PLACE, Streamed
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 
 statement = pytest.mark.statement
 

@@ -20,7 +20,7 @@ from shaking import shaking
 from simulation_interfaces.msg import EntityState
 from world_user import OK, pose, WorldUser
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.robot_user import running_robot

@@ -23,8 +23,8 @@ from world_user import (
     WorldUser,
 )
 
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.controller_manager import ParameterClient
-from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message
 from armsim_ros.nodes.conversions.time import ns_from_time
 

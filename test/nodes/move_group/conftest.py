@@ -28,8 +28,8 @@ import pytest
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
-from armsim_ros.clients.node import PatientActionClient
 from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 GROUP = 'manipulator'

@@ -15,7 +15,7 @@ from moveit_msgs.srv import GetMotionSequence
 import pytest
 from wire import pose_goal, quiet_diff, robot_state
 
-from armsim_ros.clients.node import PatientActionClient
+from armsim_ros.clients.action_client import PatientActionClient
 
 PILZ = 'pilz_industrial_motion_planner'
 
