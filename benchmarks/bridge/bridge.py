@@ -37,6 +37,8 @@ STREAM_ROWS = (
 _SERVICE, _COMMANDS = '/bench_publish/list_parameters', 8000
 #: What is not measured at the start of each phase [s].
 _SETTLED = 2.0
+#: Until the bridge has returned memory after its last client [s].
+_RETURNED = 4.0
 
 
 def main(options: Options) -> None:
@@ -47,6 +49,7 @@ def main(options: Options) -> None:
             streams = stream_rows(domain, bridge, url, options)
             calls = command_rows(domain, bridge, url, '/rosapi/get_time')
             calls |= cloud_rows(domain, url)
+            time.sleep(_RETURNED)
             end = f'Memory of the bridge at the end: {resident_mib(bridge.process.pid):.0f} MiB.'
         peer_streams, peer_calls = {}, {}
         if suite:

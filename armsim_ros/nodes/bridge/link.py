@@ -47,11 +47,19 @@ class BridgeLink(RosClient):
 
     def __init__(self, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop) -> None:
         super().__init__(NODE, ros_args, kind=PollingNode, start_parameter_services=True)
-        self.loop, self.ros_args = loop, ros_args
+        self.loop = loop
+        #: Has the subscriptions to topics of large messages.
+        self.large = RosClient(f'_{NODE}_large', ros_args, domain=self.context.get_domain_id(),
+                               use_global_arguments=False)
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)
         self._answers: dict[Callable[[], Types], Types] = {}
         self._explaining = asyncio.Lock()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self.large.close()
+        super().close()
 
     async def run(self, work: Callable[[], T]) -> T:
         """Do something in the node's thread."""

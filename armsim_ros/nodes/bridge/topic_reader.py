@@ -6,8 +6,7 @@ Subscriptions in a wait set and a thread of their own, apart from services and a
 A large message holds others up in two places. rclpy's own function copies it twice while no other
 thread runs: for a tenth of a second where it has 50 MB. The same function of rcl, called by
 ctypes, lets them run. And the middleware receives all topics of a context in one thread, which
-waits until such a copy is made. So topics whose messages may be so large get a context of their
-own.
+waits until such a copy is made. So another node reads topics whose messages may be so large.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ import numpy as np
 from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.nodes.bridge.client import LARGE, MOST_LARGE, MOST_SMALL
 from armsim_ros.nodes.bridge.conversion.fields import CODES, fields_of, Shape
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -52,13 +51,14 @@ class TopicReader:
 
     :param link: whose node subscribes.
     :param deliver: gets a batch in the thread of the sockets: keys with messages, in order.
-    :param own: node that subscribes instead of the link's.
+    :param node: that subscribes; None for those of the link.
     """
 
     def __init__(self, link: BridgeLink, deliver: Callable[[Batch], None],
-                 own: RosClient | None = None) -> None:
-        self._link, self._deliver, self._own = link, deliver, own
-        self._node = node = (own or link).node
+                 node: Node | None = None) -> None:
+        self._link, self._deliver = link, deliver
+        self._apart = TopicReader(link, deliver, link.large.node) if node is None else None
+        self._node = node = node or link.node
         self._group = OutsideExecutors()
         self._guard = GuardCondition(None, None, node.context)
         self._subscriptions: dict[Any, Subscription] = {}
@@ -68,8 +68,6 @@ class TopicReader:
         self._small: set[Any] = set()
         self._busy: set[Any] = set()
         self._aside = ThreadPoolExecutor(2, 'large topics')
-        self._apart: TopicReader | None = None
-        self._read_apart: set[Any] = set()
         self._count = 0
         self._scheduled = False
         self._closing = False
@@ -90,9 +88,8 @@ class TopicReader:
         self._trigger()
         self._thread.join(_END)
         self._aside.shutdown(wait=False)
-        for each in (self._apart, self._own):
-            if each is not None:
-                each.close()
+        if self._apart is not None:
+            self._apart.close()
 
     def _in_thread(self, work: Callable[[], None]) -> Future[None]:
         done: Future[None] = Future()
@@ -114,13 +111,7 @@ class TopicReader:
 
     def _add(self, key: Any, kind: type[Any], topic: str, profile: QoSProfile) -> None:
         self._remove(key)
-        if self._own is None and _may_be_large(kind):
-            if self._apart is None:
-                client = RosClient(
-                    f'_{self._node.get_name()}_large', self._link.ros_args,
-                    domain=self._node.context.get_domain_id(), use_global_arguments=False)
-                self._apart = TopicReader(self._link, self._deliver, client)
-            self._read_apart.add(key)
+        if self._apart is not None and _may_be_large(kind):
             self._apart.add(key, kind, self._node.resolve_topic_name(topic), profile).result()
             return
         self._subscriptions[key] = self._node.create_subscription(
@@ -128,12 +119,8 @@ class TopicReader:
 
     def _remove(self, key: Any) -> None:
         self._destroy(key)
-        if self._apart is not None and key in self._read_apart:
-            self._read_apart.remove(key)
+        if self._apart is not None:
             self._apart.remove(key)
-            if not self._read_apart:
-                self._aside.submit(self._apart.close)
-                self._apart = None
 
     def _destroy(self, key: Any) -> None:
         subscription = self._subscriptions.pop(key, None)
