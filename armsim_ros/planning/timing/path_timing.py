@@ -45,7 +45,8 @@ def time_waypoints(
     :param waypoints: (k, m) k >= 2.
     :param step: largest motion of any point between two checks [m].
     :param rough: the waypoints come of a search in larger steps: half of the clearance has to
-        be left, and blends are not made smaller, since the path itself may be blocked.
+        be left, and only blends that are not free are made smaller, where the motion is not free:
+        the path itself may be blocked.
     :param max_deviation: of a blend from its corner [rad or m].
     :raises PlanningError: INVALID_MOTION_PLAN with time and cause where it stays blocked;
         FAILURE where the limits cannot be kept.
@@ -53,8 +54,6 @@ def time_waypoints(
     deviation = np.full(len(waypoints) - 2, max(max_deviation, _LEAST_DEVIATION))
     fault: Fault | None = None
     clearance = 0.5 * validity.clearance if rough else 0.0
-    # Few blends are not free: where a check of the motion has to leave the same clearance, they
-    # are checked when it fails.
     if not rough:
         _shrink_corners(waypoints, deviation, validity)
     for attempt in range(2 if rough else _ATTEMPTS):
