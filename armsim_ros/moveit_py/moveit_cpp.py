@@ -175,12 +175,16 @@ class MoveItCpp:
         while not self._closing and self._ros.ok():
             with failures_logged(self.node):
                 callback, *_ = self._executor.wait_for_ready_callbacks(
-                    None, None, lambda: self._closing)
+                    None, None, self._is_closing)
                 self.node.catch_up()
                 self.context.states.update_scene()
                 callback()
                 if callback.done():
                     callback.result()  # raises what the callback raised
+
+    def _is_closing(self) -> bool:
+        # A method: rclpy forgets what else is ready where it is asked with another condition.
+        return self._closing
 
     def submit(self, work: Callable[[], Awaitable[Value]]) -> Future[Value]:
         """
