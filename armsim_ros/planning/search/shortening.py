@@ -18,7 +18,7 @@ DRAWS = 16
 BATCH = 8
 """Shortcuts whose pairs are drawn at once."""
 
-LEAST_GAIN = 0.013
+LEAST_GAIN = 0.01
 """Share of the path's length that a shortcut has to save."""
 
 FAILURES = 6
