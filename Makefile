@@ -5,8 +5,8 @@ VENV ?= .venv
 ARGS ?=
 # Extras of setup.cfg that make env installs beside what every environment has.
 EXTRAS ?=
-# Tests with programs in real time that run at a time, where it is not three for two processors.
-WORKERS ?=
+# Tests with programs in real time that run at a time.
+WORKERS ?= 2
 # Where LeRobot is installed for its tests.
 LEROBOT ?= build/lerobot
 
@@ -36,7 +36,7 @@ bringup: ## start simulation, move_group and the page: make bringup ARGS="robot:
 
 test: ## run the whole test suite: make test ARGS="-k name"
 	$(environment) --with test
-	@$(VENV)/bin/python scripts/run_tests.py $(addprefix --workers ,$(WORKERS)) $(ARGS)
+	@$(VENV)/bin/python scripts/run_tests.py --workers $(WORKERS) $(ARGS)
 
 test-page: ## test what pages may do in headless Chromium, which must be installed
 	$(environment) --with test

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from dataclasses import dataclass
-import os
 from pathlib import Path
 import signal
 import subprocess
@@ -62,8 +61,7 @@ class Case:
 def main() -> int:
     """Run the jobs; return pytest's status of the worst."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
-    parser.add_argument('--workers', default=str(3 * (os.cpu_count() or 1) // 2),
-                        help='tests with programs at a time')
+    parser.add_argument('--workers', default='2', help='tests with programs at a time')
     parser.add_argument('--job', action='append', choices=JOBS, help='all where none is named')
     parser.add_argument('--no-reruns', action='store_true', help='one attempt, whatever happens')
     options, arguments = parser.parse_known_args()

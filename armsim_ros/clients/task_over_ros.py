@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import json
@@ -17,6 +17,7 @@ from typing import Any, cast, IO
 import gymnasium
 import numpy as np
 from rcl_interfaces.srv import GetParameters
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from simulation_interfaces.srv import (
     GetEntitiesStates,
@@ -50,6 +51,8 @@ CONTROLLER = 'policy'
 _KIND = 'position_controllers/JointGroupPositionController'
 #: Time for the simulation to start [s].
 _START = 60.0
+#: Time for commands to arrive.
+_DELIVERED = Duration(seconds=10)
 #: In real time: of commands within a step [Hz].
 _RATE = 250
 #: What an episode may differ in: of objects, and of what does not concern the running arm.
@@ -140,7 +143,8 @@ class RunningTaskArm:
         """Move from the last command to the next within a step (n,) [rad or m]."""
         if self._lockstep:
             self._publish(end)
-            # The node that has answered has read what came before the request.
+            # The node that has answered has read what it had before the request.
+            self._await(lambda: self._publisher.wait_for_all_acked(_DELIVERED))
             self._client.call(f'{self._namespace}/{CONTROLLER}/get_parameters', GetParameters)
             period_ns = round(self._task.period * 1e9)
             self._simulation.step(period_ns // self._task.sim.simulation.clock.step_ns)
@@ -215,7 +219,15 @@ class RunningTaskArm:
         answer = controllers.switch(activate=[CONTROLLER], deactivate=active)
         if not answer.ok:
             raise ControllerError(answer.message)
-        self._client.settle()
+        self._await(self._publisher.get_subscription_count)
+
+    def _await(self, arrived: Callable[[], Any]) -> None:
+        """Wait until commands arrive at the controller."""
+        deadline = time.monotonic() + _DELIVERED.nanoseconds * 1e-9
+        while not arrived():
+            if time.monotonic() > deadline:
+                raise ControllerError(f"'{CONTROLLER}' does not receive its commands")
+            time.sleep(0.005)
 
 
 class TaskOverRos(gymnasium.Wrapper[Any, Any, Any, Any]):

@@ -19,7 +19,6 @@ from controller_manager_msgs.srv import (
     SwitchController,
     UnloadController,
 )
-from faster import FASTER
 import pytest
 import yaml
 
@@ -72,7 +71,7 @@ def serve(config: Any, robot: str, namespace: str, *arguments: str) -> Iterator[
     with private_domain() as leased:
         if command is None or command.endswith('armsim_ros bringup'):
             domain = leased
-            program = start_program('simulation', domain, f'robot:={folder}', FASTER, *arguments)
+            program = start_program('simulation', domain, f'robot:={folder}', *arguments)
         elif command:
             domain = leased
             words = shlex.split(command.replace('{robot}', str(folder)))
