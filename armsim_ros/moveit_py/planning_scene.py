@@ -42,11 +42,8 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
     constraints_from_message,
     start_state_from_message,
 )
-from armsim_ros.nodes.conversions.planning_scene import (
-    octomap_from_message,
-    scene_to_message,
-    world_from_message,
-)
+from armsim_ros.nodes.conversions.octomap import octomap_from_message
+from armsim_ros.nodes.conversions.planning_scene import scene_to_message, world_from_message
 from armsim_ros.planning.constraints import ConstraintSet
 from armsim_ros.planning.scene.planning_scene import PlanningScene as Scene
 from armsim_ros.planning.scene.update import SceneUpdate

@@ -18,7 +18,7 @@ import pytest
 from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.errors import PlanningError
-from armsim_ros.nodes.conversions.planning_scene import octomap_to_message
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 from moveit.core.collision_detection import (
     AllowedCollisionMatrix,

@@ -26,7 +26,7 @@ from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.move_group import MoveGroupClient
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.conversions.planning_scene import octomap_from_message
+from armsim_ros.nodes.conversions.octomap import octomap_from_message
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import CollisionObject as SceneObject
 from armsim_ros.planning.scene.objects import ObjectShape

@@ -10,9 +10,9 @@ from small_arms import planar_arm
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import (
     Component,
-    octomap_to_message,
     scene_to_message,
     update_from_message,
     world_from_message,

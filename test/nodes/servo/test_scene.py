@@ -16,7 +16,8 @@ from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.nodes.conversions.planning_scene import octomap_to_message, scene_to_message
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
+from armsim_ros.nodes.conversions.planning_scene import scene_to_message
 from armsim_ros.nodes.servo.inputs import SceneFollower
 from armsim_ros.planning.scene.objects import AttachedObject, ObjectShape
 from armsim_ros.planning.scene.objects import CollisionObject as WorldObject

@@ -14,7 +14,7 @@ pytest.importorskip('viser')
 
 import websockets.asyncio.client as websocket_client
 
-from armsim_ros.nodes.conversions.planning_scene import octomap_to_message
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.web.parts.object_commands import object_from_dict, object_to_dict
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 

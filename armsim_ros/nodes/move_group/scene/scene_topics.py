@@ -24,11 +24,10 @@ from armsim_ros.nodes.conversions.collision_object import (
     removal_message,
 )
 from armsim_ros.nodes.conversions.motion_plan_request import robot_state_to_message
+from armsim_ros.nodes.conversions.octomap import CLEARED, octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import (
     acm_to_message,
-    CLEARED,
     colors,
-    octomap_to_message,
     paddings,
     scales,
     scene_to_message,

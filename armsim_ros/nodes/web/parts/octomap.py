@@ -18,7 +18,7 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import quat_wxyz_from_matrix
-from armsim_ros.nodes.conversions.planning_scene import octomap_from_message
+from armsim_ros.nodes.conversions.octomap import octomap_from_message
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart

@@ -19,7 +19,7 @@ from shape_msgs.msg import Plane, SolidPrimitive
 from std_srvs.srv import Empty
 from wire import at, box, carried, quiet_diff, removal, sphere, tetrahedron, thing
 
-from armsim_ros.nodes.conversions.planning_scene import octomap_to_message
+from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 
 Part = PlanningSceneComponents
