@@ -14,11 +14,12 @@ from typing import Any, TYPE_CHECKING
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from typing_extensions import Self
 
+from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.polling_node import destroy_actions
 
 if TYPE_CHECKING:  # half of what a client without actions would import
@@ -50,7 +51,7 @@ class SpinningNode:
                    signal_handler_options=SignalHandlerOptions.NO)
         self.node = kind(name, context=self.context, **options)
         self._others: list[Node] = []
-        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor = LeanExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._services: dict[tuple[type, str], Any] = {}
         self._actions: dict[tuple[type, str], PatientActionClient] = {}

@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 
 import rclpy
 from rclpy.context import Context as RosContext
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import (
     get_current_signal_handlers_options,
@@ -26,6 +25,7 @@ from rclpy.signals import (
 from armsim_ros.cli.environment import announce_often
 from armsim_ros.moveit_py.description import described_cell, OPTIONS
 from armsim_ros.nodes.executor_program import failures_logged
+from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
@@ -79,7 +79,7 @@ class MoveItCpp:
         ros = self._ros = RosContext()
         rclpy.init(args=[arguments.name, *arguments.ros_args()], context=ros,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self._executor = SingleThreadedExecutor(context=ros)
+        self._executor = LeanExecutor(context=ros)
         self._closing = False
         self._closed = threading.Lock()
         own = {'use_sim_time': bool(self.parameters.get('use_sim_time')),

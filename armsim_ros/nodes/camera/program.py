@@ -13,7 +13,6 @@ import time
 from typing import Any
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from tf2_msgs.msg import TFMessage
@@ -23,6 +22,7 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError, VARIABLE
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
+from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.state_publishers.robot_state_publisher import transform
 from armsim_ros.sim.camera import Camera, Snapshot
@@ -66,7 +66,7 @@ class CameraProgram:
         self._node = PollingNode('camera', parameter_overrides=[use_sim_time])
         self._diagnostics = RenderingDiagnostics(self._node)
         self._static_publisher = self._node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
-        executor = SingleThreadedExecutor()
+        executor = LeanExecutor()
         executor.add_node(self._node)
         try:
             self._choose_backend()

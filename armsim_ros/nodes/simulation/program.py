@@ -12,7 +12,6 @@ import threading
 import time
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -24,6 +23,7 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
+from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
@@ -126,7 +126,7 @@ class SimulationProgram:
         prioritized = prioritize_process(simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO)
-        self._executor = SingleThreadedExecutor()
+        self._executor = LeanExecutor()
         self._control = ControlThread(self._loop)
         nodes: list[Node] = []
         try:

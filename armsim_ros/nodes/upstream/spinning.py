@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.robot_program import StopSignals
 
 
@@ -31,7 +32,7 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     try:
         node = Node(name, **options)
         kept = make(node)
-        executor = SingleThreadedExecutor()
+        executor = LeanExecutor()
         executor.add_node(node)
         signals.on_stop = rclpy.try_shutdown
         if not signals.stop_requested:
