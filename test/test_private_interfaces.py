@@ -59,7 +59,6 @@ def defined_and_used():
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob('*.py')
                        if 'build' not in path.parts):
         for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-            place = f'{path.relative_to(ROOT)}:{getattr(node, "lineno", 0)}'
             names = []
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 defined.add(node.name)
@@ -75,7 +74,7 @@ def defined_and_used():
             elif isinstance(node, ast.Import):
                 names = [part for alias in node.names for part in alias.name.split('.')]
             for name in filter(private, names):
-                used.setdefault(name, []).append(place)
+                used.setdefault(name, []).append(f'{path.relative_to(ROOT)}:{node.lineno}')
     return defined, used
 
 

@@ -51,8 +51,7 @@ class Moved:
             frame, place, quat_xyzw_from_matrix(self.tip[:3, :3]))
 
     def run(self, seconds):
-        for _ in range(round(seconds * 500)):
-            self.sim.step()
+        self.sim.step(round(seconds * 500))
 
     @property
     def warnings(self):
