@@ -4,6 +4,7 @@
 
 from contextlib import ExitStack
 import faulthandler
+import gc
 import os
 from pathlib import Path
 
@@ -73,6 +74,13 @@ def pytest_configure(config):
     config.pluginmanager.register(ByStack(_ONE_STACK))
     if config.option.job:
         config.pluginmanager.register(ChosenJob(config.option.job, _REAL_TIME))
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish():
+    """Let the garbage collector pass over what lives until the end: tests and modules."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(trylast=True)
