@@ -52,6 +52,7 @@ lint: ## style, types, import contracts, and words
 	$(environment) --with test --with lint
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/mypy
+	@$(VENV)/bin/python scripts/page_types.py
 	@$(VENV)/bin/lint-imports
 	@$(VENV)/bin/python scripts/language.py
 

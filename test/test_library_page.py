@@ -3,10 +3,10 @@
 """Tests of what a program sees that uses the package as a library."""
 
 from pathlib import Path
-import re
 import subprocess
 import sys
 
+from page_types import examples
 import pytest
 
 import armsim_ros
@@ -14,33 +14,15 @@ import armsim_ros
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.fixture(scope='module')
-def program():
-    """Return the examples of the page as one program."""
-    page = (ROOT / 'docs' / 'library.md').read_text(encoding='utf-8')
-    return '\n\n'.join(re.findall(r'```python\n(.*?)```', page, re.DOTALL))
-
-
-def test_the_examples_run(program):
+def test_the_examples_run():
     """The examples of the page, one after the other, do what they say."""
     names = {}
-    exec(compile(program, 'library.md', 'exec'), names)
+    exec(compile(examples(), 'library.md', 'exec'), names)
     sim = names['sim']
     assert names['response'].success
     assert sim.joint_positions == pytest.approx(
         sim.model.semantic.named_states['manipulator']['scan_food'], abs=1e-3)
     assert 'post' not in sim.scene.objects
-
-
-def test_the_examples_pass_a_type_checker(program, tmp_path):
-    """A user's program that is checked strictly finds annotations for all that it uses."""
-    pytest.importorskip('mypy')
-    path = tmp_path / 'program.py'
-    path.write_text(program, encoding='utf-8')
-    checked = subprocess.run(
-        [sys.executable, '-m', 'mypy', '--strict', '--follow-imports=silent', str(path)],
-        cwd=ROOT, capture_output=True, text=True, check=False)
-    assert checked.returncode == 0, checked.stdout
 
 
 def test_every_public_name_is_there():
