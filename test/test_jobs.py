@@ -98,29 +98,28 @@ def test_nothing_runs_again(make_test, count, arguments):
     assert re.search(rf'\n{count} tests in .*: {count} failed, 0 run again\n', text), text
 
 
-def test_other_failures_stay(make_test):
-    """At the second attempt, without pressure, or of a core test."""
+def test_each_job_has_its_tests_and_other_failures_stay(make_test):
+    """
+    Folders of programs, their tests that need the machine alone, and all the others.
+
+    A failure stays at the second attempt, without pressure, or of a core test.
+    """
     status, text = make_test({
+        'test_core.py': starved('starved_core')
+        + '@pytest.mark.skip(reason="no key")\ndef test_core(): pass',
         NODES: starved() + starved('starved_twice', good=3) + starved('slow'),
-        'test_core.py': starved('starved_core')})
-    assert status == 1, text
-    assert f'then passed: {NODES}::test_starved[0]' in text
-    assert f'then failed: {NODES}::test_starved_twice[0]' in text
-    assert re.search(r'\n4 tests in .*: 3 failed, 2 run again\n', text), text
-
-
-def test_each_job_has_its_tests(make_test):
-    """Folders of programs, their tests that need the machine alone, and all the others."""
-    status, text = make_test({
-        'test_core.py': 'import pytest\n@pytest.mark.skip(reason="no key")\ndef test_core(): pass',
-        'nodes/test_one.py': 'def test_real_time(): pass',
         'nodes/test_two.py': 'import pytest\n@pytest.mark.alone\ndef test_alone(): pass',
     }, '-v')
-    assert status == 0
-    jobs = re.split('== (.*) tests\n', text)[1:]
-    for name, output in zip(jobs[::2], jobs[1::2], strict=True):
-        assert set(re.findall(r'::test_(\w+)', output)) == {name.replace('-', '_')}
-    assert re.search(r'\n3 tests in .*\nskipped: 1 no key\n', text), text
+    assert status == 1, text
+    jobs = re.split('\n== (.*) tests\n|\n== failed under pressure', text)[1:]
+    for name, output, tests in zip(jobs[::2], jobs[1::2], (
+            {'starved_core', 'core'}, {'starved', 'starved_twice', 'slow'}, {'alone'}),
+            strict=False):
+        assert set(re.findall(r'::test_(\w+)', output)) == tests, name
+    assert jobs[:6:2] == ['core', 'real-time', 'alone']
+    assert f'then passed: {NODES}::test_starved[0]' in text
+    assert f'then failed: {NODES}::test_starved_twice[0]' in text
+    assert re.search(r'\n6 tests in .*: 3 failed, 2 run again\nskipped: 1 no key\n', text), text
 
 
 def test_a_test_that_hangs_with_the_lock_of_python_fails(make_test):
