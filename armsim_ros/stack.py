@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.control.gripper.gripper_controller import GripperGoal
+from armsim_ros.control.arm_state import Cause
+from armsim_ros.control.command_controllers.gripper_controller import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.arm_state import Cause
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.errors import (
     ControllerError,
@@ -31,16 +31,15 @@ from armsim_ros.model.world_objects import world_in_root, WorldObject
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from armsim_ros.camera_in_scene import CameraInScene
     from armsim_ros.execution.in_process import SentGoal
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
     from armsim_ros.planning.scene.planning_scene import PlanningScene
-    from armsim_ros.world_in_scene import WorldInScene
+    from armsim_ros.simulation_in_scene import CameraInScene, WorldInScene
 
 __all__ = ['ArmSim', 'build_manager', 'build_simulation']
 
@@ -344,8 +343,8 @@ class ArmSim:
     @cached_property
     def planner(self) -> MotionPlanner:
         """The motion planner; built when it is first needed."""
+        from armsim_ros.planning.context import settings_from_config
         from armsim_ros.planning.planner import MotionPlanner
-        from armsim_ros.planning.settings import settings_from_config
 
         settings = self.settings
         return MotionPlanner(
@@ -357,14 +356,14 @@ class ArmSim:
 
     @cached_property
     def _world_in_scene(self) -> WorldInScene:
-        from armsim_ros.world_in_scene import WorldInScene
+        from armsim_ros.simulation_in_scene import WorldInScene
 
         return WorldInScene(
             self.simulation, self.scene, world_in_root(self.settings), self.fingers.squeezed)
 
     @cached_property
     def _camera_in_scene(self) -> CameraInScene:
-        from armsim_ros.camera_in_scene import CameraInScene
+        from armsim_ros.simulation_in_scene import CameraInScene
 
         return CameraInScene(
             self.simulation, self.scene, self.settings.octomap, world_in_root(self.settings))

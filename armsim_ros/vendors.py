@@ -64,7 +64,7 @@ _UNIVERSAL_ROBOTS = Vendor(
     program=True,
     pace='speed_scaling/speed_scaling_factor',
     tool='tool0',
-    endpoints='armsim_ros.nodes.vendors.universal_robots.endpoints:UniversalRobots',
+    endpoints='armsim_ros.nodes.vendors.ur_endpoints:UniversalRobots',
 )
 
 #: External torques of Franka's arms that are a contact, and that are a collision [N*m]. As
@@ -84,7 +84,7 @@ _FRANKA = Vendor(
     collision_force=FRANKA_FORCES[1][0],
     tool='link8',
     finger='_finger_joint1',
-    endpoints='armsim_ros.nodes.vendors.franka.endpoints:FrankaEndpoints',
+    endpoints='armsim_ros.nodes.vendors.franka_endpoints:FrankaEndpoints',
 )
 
 #: As ``ros2_kortex`` presents the Gen3.

@@ -14,8 +14,8 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, read_settings, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
-from armsim_ros.config.move_group.kinematics import JointLimitOverrides
-from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
+from armsim_ros.config.kinematics import JointLimitOverrides
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
     finite_triple,

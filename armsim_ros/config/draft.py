@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from armsim_ros.config.base import known_keys
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
+from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.yaml_node import merge_nodes, node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, Location, Problem, Severity
 

@@ -16,11 +16,11 @@ from armsim_ros.config.controllers.broadcasters import (
 )
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
-from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.kinematics import KinematicsSettings
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 
 #: Keys of controllers' parameters that hold a joint or a list of joints.
 _JOINTS = ('joint', 'joints', 'command_joints', 'dof_names', 'reference_and_state_dof_names')

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from armsim_ros.config.move_group.trajectory_execution import ActionType, MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import ActionType, MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import select_controllers
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 import math
 
-from armsim_ros.config.move_group.kinematics import JointLimitOverrides, JointLimitsSettings
+from armsim_ros.config.kinematics import JointLimitOverrides, JointLimitsSettings
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 
 

@@ -13,10 +13,10 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import end_of
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
-from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
+from armsim_ros.planning.cartesian_path import plan_cartesian
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.constraints import ConstraintSet, merged
-from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.context import PlanningContext, PlanningSettings
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
 from armsim_ros.planning.pipeline import planning_time, run_pipeline
@@ -36,7 +36,6 @@ from armsim_ros.planning.request import (
     MotionPlanResponse,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.start_state import requested_scene
 from armsim_ros.planning.timing.time_parameterization import warm_up
 from armsim_ros.trajectory import JointTrajectory

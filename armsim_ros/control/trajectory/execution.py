@@ -23,9 +23,8 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.controller import NEVER_NS
+from armsim_ros.control.controller import NEVER_NS, Rate
 from armsim_ros.control.mailbox import EventQueue, GoalStatus
-from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
     StartRequest,

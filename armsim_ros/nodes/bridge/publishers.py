@@ -12,11 +12,10 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.fields import type_name
-from armsim_ros.nodes.bridge.conversion.incoming import serialized_of
-from armsim_ros.nodes.bridge.interfaces import full_name
+from armsim_ros.nodes.bridge.incoming import serialized_of
+from armsim_ros.nodes.bridge.interfaces import full_name, Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+from armsim_ros.nodes.bridge.message_fields import type_name
 
 #: A subscriber that is found within this time gets what was published before [s].
 _LIFESPAN = 1.0

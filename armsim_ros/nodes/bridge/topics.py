@@ -13,9 +13,8 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from armsim_ros.nodes.bridge.client import Client, Sample
 from armsim_ros.nodes.bridge.frames import Part
-from armsim_ros.nodes.bridge.interfaces import full_name
+from armsim_ros.nodes.bridge.interfaces import full_name, Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
 
 #: From the strongest on: where several are requested, the first of them is used.

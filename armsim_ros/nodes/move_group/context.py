@@ -17,9 +17,9 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos

@@ -15,14 +15,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.package_reading import default_pipeline
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.trajectory_execution import (
     KEYS_BESIDE,
     TrajectoryExecutionSettings,
     UNUSED_EXECUTION_KEYS,
 )
-from armsim_ros.config.package_reading import default_pipeline
-from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.context import Context

@@ -38,11 +38,11 @@ from armsim_ros.nodes.move_group.parameters import (
     MoveGroupParameters,
     planning_parameters,
 )
-from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import MapFiles
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
@@ -58,8 +58,8 @@ from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.planning.budget import CountingClock
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner, warm_up
-from armsim_ros.planning.settings import settings_from_config
 from armsim_ros.scene_sources.simulated_world import initial_scene, WorldOwnership
 
 #: Wall time to wait for the simulation [s].

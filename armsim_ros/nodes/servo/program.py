@@ -23,8 +23,13 @@ from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.commands import CommandServices, CommandTopics
-from armsim_ros.nodes.servo.inputs import JointPositions, SceneFollower, StreamClock
+from armsim_ros.nodes.servo.inputs import (
+    CommandServices,
+    CommandTopics,
+    JointPositions,
+    SceneFollower,
+    StreamClock,
+)
 from armsim_ros.nodes.servo.output import ControllerWatch, JointCommands, StatusTopic
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker

@@ -15,8 +15,7 @@ from rclpy.subscription import Subscription
 
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.commands import CommandTopics
-from armsim_ros.nodes.servo.inputs import JointPositions, StreamClock
+from armsim_ros.nodes.servo.inputs import CommandTopics, JointPositions, StreamClock
 from armsim_ros.nodes.servo.output import ControllerWatch, JointCommands, StatusTopic
 from armsim_ros.servo.commands import (
     Command,

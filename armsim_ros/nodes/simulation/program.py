@@ -39,7 +39,7 @@ from armsim_ros.nodes.simulation.threads import (
 )
 from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.server import WorldServer
-from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher, transform
+from armsim_ros.nodes.upstream.robot_state_publisher import RobotStatePublisher, transform
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation, run_digest
 from armsim_ros.sim.camera import Camera, cameras_of

@@ -13,29 +13,29 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 
 from armsim_ros.config.simulation import JointFault, JointFaults
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.mailbox import CAPACITY, ControllerEvent
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.qos import publish_descriptions
-from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
-from armsim_ros.nodes.simulation.controller_manager.registry import (
-    ControllerDescriptions,
-    ControllerRegistry,
-)
-from armsim_ros.nodes.simulation.controller_manager.services import (
+from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
+from armsim_ros.nodes.simulation.controllers.diagnostics import Activity, Diagnostics
+from armsim_ros.nodes.simulation.controllers.manager_services import (
     ControllerManagerQueries,
     ControllerManagerServices,
 )
-from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
+from armsim_ros.nodes.simulation.controllers.registry import (
+    ControllerDescriptions,
+    ControllerRegistry,
+)
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.vacuum_control import finger_switches, VacuumControl, wire_signals
+from armsim_ros.sim.vacuum_control import finger_switches, VacuumControl, wire_signals
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 

@@ -12,7 +12,7 @@ from typing import Any
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from armsim_ros.control.safety.arm_state import Mode, NUMBERS, Safety
+from armsim_ros.control.arm_state import Mode, NUMBERS, Safety
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.vendors import ArmNodes

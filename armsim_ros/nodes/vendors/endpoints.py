@@ -20,9 +20,9 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from armsim_ros.control.arm_state import ArmState
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake

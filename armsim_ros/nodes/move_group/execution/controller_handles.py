@@ -18,10 +18,13 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import MultiDofTrajectory
-from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
+from armsim_ros.execution.controller_selection import (
+    gripper_target,
+    MultiDofTrajectory,
+    parallel_gripper_target,
+)
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.trajectory import multi_dof_to_message, trajectory_to_message
 from armsim_ros.trajectory import JointTrajectory

@@ -19,7 +19,7 @@ from moveit_msgs.srv import QueryPlannerInterfaces as Service
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.nodes.conversions.motion_plan_request import display_trajectory_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.collision.contacts import Contact

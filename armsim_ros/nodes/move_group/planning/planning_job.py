@@ -14,7 +14,7 @@ from moveit_msgs.msg import MoveItErrorCodes, PipelineState, RobotState, RobotTr
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.node import Node
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,

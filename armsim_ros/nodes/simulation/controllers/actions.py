@@ -19,7 +19,7 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.control.gripper.gripper_controller import (
+from armsim_ros.control.command_controllers.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )

@@ -15,29 +15,25 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.control.broadcasters.broadcaster import (
+from armsim_ros.control.broadcaster import (
     Broadcaster,
     ForceTorqueSensorBroadcaster,
     SensorBroadcaster,
     TipBroadcaster,
 )
-from armsim_ros.control.broadcasters.joint_state_broadcaster import (
-    JointStateBroadcaster,
-    JointStateSnapshot,
-)
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
-from armsim_ros.control.command_controllers.pid_controller import PidController
-from armsim_ros.control.compliance.cartesian_controller import ComplianceController
-from armsim_ros.control.compliance.net_force_controllers import NetForceController
-from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.gripper.gripper_controller import (
+from armsim_ros.control.command_controllers.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
+from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.control.compliance.net_force_controllers import NetForceController
+from armsim_ros.control.controller import Controller, LifecycleState, Rate
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster, JointStateSnapshot
 from armsim_ros.control.manager.controller_factory import StandInController
-from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes import qos

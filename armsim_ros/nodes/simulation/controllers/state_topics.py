@@ -24,11 +24,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.control.broadcasters.broadcaster import SensorSample
-from armsim_ros.control.broadcasters.joint_state_broadcaster import (
-    JointStateLayout,
-    JointStateSnapshot,
-)
+from armsim_ros.control.broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
     AdmittanceSnapshot,
@@ -36,6 +32,7 @@ from armsim_ros.control.command_controllers.admittance_controller import (
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.joint_state_broadcaster import JointStateLayout, JointStateSnapshot
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos

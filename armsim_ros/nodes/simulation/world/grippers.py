@@ -23,9 +23,9 @@ from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContact, FingerContacts
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.finger_contacts import FingerContact, FingerContacts
+from armsim_ros.sim.vacuum_control import VacuumControl
+from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.entities import WORLD_FRAME
 
 #: Simulated time between two looks [ns].

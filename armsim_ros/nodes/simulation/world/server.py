@@ -33,9 +33,9 @@ from armsim_ros.nodes.simulation.world.simulation_state import (
 )
 from armsim_ros.nodes.simulation.world.spawning import Spawning, Worlds
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity
-from armsim_ros.sim.world_files.resources import FORMATS, WorldResources
+from armsim_ros.sim.world.resources import FORMATS, WorldResources
 
 try:
     from armsim_ros.nodes.simulation.world.wrenches import WrenchServer

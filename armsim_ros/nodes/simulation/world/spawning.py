@@ -41,9 +41,9 @@ from armsim_ros.nodes.simulation.world.entity_services import has_tags
 from armsim_ros.nodes.simulation.world.simulation_state import Resetting, RunState
 from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME, Ground
 from armsim_ros.sim.world.entities import Entities, object_bounds, WORLD_FRAME
+from armsim_ros.sim.world.loaded_world import LoadedWorld, ResourceFaultError, told_of
+from armsim_ros.sim.world.resources import WorldResources
 from armsim_ros.sim.world.world_scene import OverlapError
-from armsim_ros.sim.world_files.loaded import LoadedWorld, ResourceFaultError, told_of
-from armsim_ros.sim.world_files.resources import WorldResources
 
 LONGEST_NAME = 200
 #: Reserved names.

@@ -28,10 +28,10 @@ from simulation_interfaces.srv import (
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.web.objects_drawing import EntitiesDrawing, Entity
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.view.objects_drawing import EntitiesDrawing, Entity
 
 _SERVICES = {
     '/get_simulator_features': GetSimulatorFeatures,
