@@ -63,12 +63,8 @@ class ArmSim:
     """
 
     def __init__(
-        self,
-        robot: str | Path | Cell = 'sunday',
-        *,
-        seed: int = 0,
-        world: str | Path | None = None,
-        overrides: Mapping[str, object] | None = None,
+        self, robot: str | Path | Cell = 'sunday', *, seed: int = 0,
+        world: str | Path | None = None, overrides: Mapping[str, object] | None = None
     ) -> None:
         self.seed = seed
         if not isinstance(robot, Cell):
@@ -204,12 +200,9 @@ class ArmSim:
 
         group = group or next(iter(self.model.semantic.groups), '')
         request = MotionPlanRequest(
-            group_name=group,
-            goal_constraints=(self._constraints(goal, group),),
-            allowed_planning_time=allowed_time,
-            max_velocity_scaling_factor=velocity,
-            seed=self.seed,
-        )
+            group_name=group, goal_constraints=(self._constraints(goal, group),),
+            allowed_planning_time=allowed_time, max_velocity_scaling_factor=velocity,
+            seed=self.seed)
         self.scene.set_positions(self.joint_positions)
         self._follow_world()
         response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
@@ -250,8 +243,7 @@ class ArmSim:
         )
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
-            lambda: all(part.goal.done for part in sent),
-        )
+            lambda: all(part.goal.done for part in sent))
         for part in sent:
             if not part.goal.done:
                 raise SimulationError(
@@ -391,7 +383,6 @@ class ArmSim:
                 Problem(
                     f"group '{group}' has no named state '{name}'",
                     allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states)),
-                )
+                    remedy=nearest(name, tuple(states)))
             )
         return states[name]

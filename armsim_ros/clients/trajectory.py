@@ -50,8 +50,7 @@ def trajectory_message(
     for i, (time_from_start, positions) in enumerate(points):
         point = JointTrajectoryPoint(
             positions=[float(value) for value in positions],
-            time_from_start=duration_from_seconds(time_from_start),
-        )
+            time_from_start=duration_from_seconds(time_from_start))
         if velocities is not None:
             point.velocities = [float(value) for value in velocities[i]]
         message.points.append(point)
@@ -112,8 +111,7 @@ class TrajectoryClient:
     """
 
     def __init__(self, client: ClientNode, controller: str) -> None:
-        self.client = client
-        self.controller = controller
+        self.client, self.controller = client, controller
         self._name = f'{controller}/follow_joint_trajectory'
         self._action = client.action(
             FollowJointTrajectory,

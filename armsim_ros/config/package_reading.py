@@ -235,9 +235,7 @@ class PackageReader:
 
     def __init__(self, draft: ConfigDraft, packages: Packages, variables: Mapping[str, str]
                  ) -> None:
-        self._draft = draft
-        self._packages = packages
-        self._variables = variables
+        self._draft, self._packages, self._variables = draft, packages, variables
         self._layout = LayoutReader(draft)
 
     def read(self, roles: PackageRoles) -> None:

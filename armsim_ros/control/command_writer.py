@@ -116,11 +116,9 @@ class CommandTargets:
         self._others = [(hardware.store_of(name), name) for name in others]
         self._joints = [
             (
-                kind,
-                hardware.command.of(kind),
+                kind, hardware.command.of(kind),
                 selector([hardware.index[targets[column][0]] for column in places]),
-                selector(places),
-            )
+                selector(places))
             for kind, places in columns.items()]
 
     def take_over(self) -> None:

@@ -58,25 +58,16 @@ class InverseKinematics:
     """
 
     def __init__(
-        self,
-        kinematics: KinematicModel,
-        group: str,
-        *,
-        position_only: bool = False,
-        max_starts: int = 60,
-        max_iterations: int = 100,
-        position_tolerance: float = 1e-6,
-        orientation_tolerance: float = 1e-6,
-        table_size: int = 1000,
+        self, kinematics: KinematicModel, group: str, *, position_only: bool = False,
+        max_starts: int = 60, max_iterations: int = 100, position_tolerance: float = 1e-6,
+        orientation_tolerance: float = 1e-6, table_size: int = 1000
     ) -> None:
         """Keep the settings; tables are made at the first need."""
-        self.kinematics = kinematics
-        self.group = group
+        self.kinematics, self.group = kinematics, group
         self._indices = kinematics.group_indices(group)
         self._moved = kinematics.moved_links(group)
         self._variables_of: dict[tuple[str, ...], Indices] = {}
-        self._position_only = position_only
-        self._max_starts = max_starts
+        self._position_only, self._max_starts = position_only, max_starts
         self._table_size = table_size
         self._convergence = Convergence(
             position_tolerance, orientation_tolerance, max_iterations
@@ -217,11 +208,7 @@ class InverseKinematics:
         return found
 
     def _starts(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        search: SearchRecord,
-        options: IKOptions,
+        self, targets: Sequence[IKTarget], seed: Vector, search: SearchRecord, options: IKOptions
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
         variables = self._variables(targets)
@@ -305,8 +292,7 @@ class StartTable:
     def __init__(
         self, kinematics: KinematicModel, group: str, links: tuple[str, ...], size: int
     ) -> None:
-        self._kinematics = kinematics
-        self._links = links
+        self._kinematics, self._links = kinematics, links
         self._base = base_link(kinematics, group)
         indices = kinematics.group_indices(group)
         self.low, self.high = sampling_range(kinematics.lower[indices], kinematics.upper[indices])

@@ -150,8 +150,7 @@ class KinematicModel:
             if not np.isfinite(value):
                 raise PlanningError(
                     MoveItErrorCode.INVALID_ROBOT_STATE,
-                    f"position {value} of joint '{name}' is not a finite number",
-                )
+                    f"position {value} of joint '{name}' is not a finite number")
             q[self.index(name)] = value
         return self.apply_mimic(q)
 

@@ -51,9 +51,7 @@ class _Check:
 
     def __init__(self, settings: RobotSettings, model: RobotModel,
                  places: Mapping[str, Location]) -> None:
-        self._settings = settings
-        self._model = model
-        self._places = places
+        self._settings, self._model, self._places = settings, model, places
         self.problems: list[Problem] = []
 
     def controllers(self) -> None:

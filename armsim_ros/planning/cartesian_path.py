@@ -55,10 +55,7 @@ class CartesianPath:
         self, follower: CurveFollower, validity: StateValidity, start: Vector, total: int,
         step: float,
     ) -> None:
-        self._follower = follower
-        self._validity = validity
-        self._total = total
-        self._step = step
+        self._follower, self._validity, self._total, self._step = follower, validity, total, step
         self._from_free = validity.free(start)
         #: (m,) each; the first is the start.
         self.states = [start]

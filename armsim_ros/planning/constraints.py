@@ -58,16 +58,14 @@ class ConstraintSet:
 
     def __init__(self, constraints: Constraints, scene: PlanningScene, log: Log) -> None:
         self._model = scene.kinematic_model
-        self._scene = scene
-        self._log = log
+        self._scene, self._log = scene, log
         #: Why constraints cannot be used.
         self.unusable: list[str] = []
         terms: list[Term] = [
             *map(self._joint, constraints.joint_constraints),
             *map(self._position, constraints.position_constraints),
             *map(self._orientation, constraints.orientation_constraints),
-            *map(self._visibility, constraints.visibility_constraints),
-        ]
+            *map(self._visibility, constraints.visibility_constraints)]
         self._terms = terms
         self.joints = [term for term in terms if isinstance(term, JointTerm)]
         self.positions = [term for term in terms if isinstance(term, PositionTerm)]
@@ -317,9 +315,6 @@ def merged(first: Constraints, second: Constraints, log: Log) -> Constraints:
             0.5 * (before.weight + each.weight),
         )
     return Constraints(
-        tuple(joints.values()),
-        first.position_constraints + second.position_constraints,
+        tuple(joints.values()), first.position_constraints + second.position_constraints,
         first.orientation_constraints + second.orientation_constraints,
-        first.visibility_constraints + second.visibility_constraints,
-        first.name or second.name,
-    )
+        first.visibility_constraints + second.visibility_constraints, first.name or second.name)

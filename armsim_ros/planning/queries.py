@@ -117,8 +117,7 @@ def check_state(
 
 
 def solve_ik(
-    context: PlanningContext, request: IKRequest, scene: PlanningScene,
-    clock: Callable[[], float],
+    context: PlanningContext, request: IKRequest, scene: PlanningScene, clock: Callable[[], float]
 ) -> Generator[None, None, IKResponse]:
     """
     Return joint positions that put links where they are wanted, or why there are none.
@@ -133,8 +132,7 @@ def solve_ik(
 
 
 def _solve_ik(
-    context: PlanningContext, request: IKRequest, scene: PlanningScene,
-    clock: Callable[[], float],
+    context: PlanningContext, request: IKRequest, scene: PlanningScene, clock: Callable[[], float]
 ) -> Generator[None, None, IKResponse]:
     group = request.group_name
     model = context.model

@@ -118,10 +118,7 @@ class StartRepairs:
         self, context: PlanningContext, request: MotionPlanRequest, limits: MotionLimits,
         rng: np.random.Generator, budget: Budget,
     ) -> None:
-        self._context = context
-        self._request = request
-        self._limits = limits
-        self._rng = rng
+        self._context, self._request, self._limits, self._rng = context, request, limits, rng
         self._budget = budget
 
     def run(

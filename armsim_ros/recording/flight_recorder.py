@@ -84,8 +84,7 @@ class FlightRecorder:
         self.samples: deque[Sample] = deque(maxlen=max(1, round(seconds * rate)))
         self.goals: deque[GoalRecord] = deque(maxlen=100)
         self.start_ns = simulation.time_ns
-        self._simulation = simulation
-        self._managers = managers
+        self._simulation, self._managers = simulation, managers
         self._generation: tuple[int, ...] = ()
         self._controllers: dict[str, JointTrajectoryController] = {}
         self._last_goals: dict[str, TrajectoryGoal] = {}

@@ -130,15 +130,10 @@ TEXTS: dict[ServoStatus, str] = {
 }
 
 _PRECEDENCE = (
-    ServoStatus.INVALID,
-    ServoStatus.HALT_FOR_COLLISION,
-    ServoStatus.DECELERATE_FOR_COLLISION,
-    ServoStatus.JOINT_BOUND,
-    ServoStatus.HALT_FOR_SINGULARITY,
+    ServoStatus.INVALID, ServoStatus.HALT_FOR_COLLISION, ServoStatus.DECELERATE_FOR_COLLISION,
+    ServoStatus.JOINT_BOUND, ServoStatus.HALT_FOR_SINGULARITY,
     ServoStatus.DECELERATE_FOR_APPROACHING_SINGULARITY,
-    ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY,
-    ServoStatus.NO_WARNING,
-)
+    ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY, ServoStatus.NO_WARNING)
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,9 +83,7 @@ class ServoStream:
         proximity: Proximity
     ) -> None:
         """Start idle."""
-        self.target = target
-        self.bounds = bounds
-        self._smoothing = smoothing
+        self.target, self.bounds, self._smoothing = target, bounds, smoothing
         self._proximity = proximity
         self._way_out = WayOut(target, bounds, proximity)
         self.streaming = False
@@ -266,9 +264,7 @@ class WayOut:
 
     def __init__(self, target: TargetVelocity, bounds: JointBounds, proximity: Proximity) -> None:
         """Know no direction yet."""
-        self._target = target
-        self._bounds = bounds
-        self._proximity = proximity
+        self._target, self._bounds, self._proximity = target, bounds, proximity
         self.forget()
 
     def forget(self) -> None:

@@ -147,12 +147,8 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; a line each."""
         return (
-            *self._world_lines,
-            *self._effort_lines,
-            *self._plant.spec.warnings,
-            *self._servo.stiffness_warnings(),
-            *self._overlaps,
-        )
+            *self._world_lines, *self._effort_lines, *self._plant.spec.warnings,
+            *self._servo.stiffness_warnings(), *self._overlaps)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """

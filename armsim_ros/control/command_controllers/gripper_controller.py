@@ -51,9 +51,7 @@ class GripperGoal(ActionGoal[GripperResult]):
 
     def __init__(self, position: float, effort: float, velocity: float = 0.0) -> None:
         super().__init__()
-        self.position = position
-        self.effort = effort
-        self.velocity = velocity
+        self.position, self.effort, self.velocity = position, effort, velocity
 
 
 @dataclass(frozen=True, slots=True)

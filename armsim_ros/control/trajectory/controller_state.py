@@ -51,10 +51,8 @@ class StateRecord:
         self.error = self.data[ERROR:OUTPUT]
         self.output = self.data[OUTPUT:]
         self.compared = (
-            self.data[REFERENCE : REFERENCE + compared],
-            self.data[FEEDBACK : FEEDBACK + compared],
-            self.data[ERROR : ERROR + compared],
-        )
+            self.data[REFERENCE : REFERENCE + compared], self.data[FEEDBACK : FEEDBACK + compared],
+            self.data[ERROR : ERROR + compared])
         self.sequence = -1
         self.time_ns = 0
         self.desired_time = 0.0

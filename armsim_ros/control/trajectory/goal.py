@@ -51,8 +51,7 @@ class RefusedTrajectoryError(ControllerError):
         self, reason: str, code: TrajectoryErrorCode = TrajectoryErrorCode.INVALID_GOAL
     ) -> None:
         super().__init__(reason)
-        self.reason = reason
-        self.code = code
+        self.reason, self.code = reason, code
 
 
 class TrajectoryGoal(ActionGoal[TrajectoryResult]):
@@ -65,8 +64,7 @@ class TrajectoryGoal(ActionGoal[TrajectoryResult]):
 
     def __init__(self, trajectory: JointTrajectory, tolerances: SegmentTolerances) -> None:
         super().__init__()
-        self.trajectory = trajectory
-        self.tolerances = tolerances
+        self.trajectory, self.tolerances = trajectory, tolerances
 
 
 @dataclass(frozen=True, slots=True)

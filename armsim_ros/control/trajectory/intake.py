@@ -215,8 +215,7 @@ class TrajectoryIntake:
     def __init__(
         self, properties: JointProperties, snapshot: Callable[[], ControllerSnapshot | None]
     ) -> None:
-        self._properties = properties
-        self._snapshot = snapshot
+        self._properties, self._snapshot = properties, snapshot
 
     def topic(
         self, trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters,
@@ -274,10 +273,8 @@ class TrajectoryIntake:
         if beyond and parameters.reject_beyond_limits:
             raise RefusedTrajectoryError(f'{beyond}; reject_beyond_limits is true')
         prepared = PreparedTrajectory(
-            waypoints,
-            self._properties.continuous,
+            waypoints, self._properties.continuous,
             splines=parameters.interpolation_method == 'splines',
             effort='effort' in parameters.command_interfaces,
-            rest_at_end='position' in parameters.command_interfaces,
-        )
+            rest_at_end='position' in parameters.command_interfaces)
         return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start), beyond

@@ -58,8 +58,7 @@ class Node(ExecuteProcess):
             raise TypeError("Node needs an 'executable'")
         kwargs.pop('autostart', None)
         super().__init__(cmd=[executable], output=output, name=exec_name, **kwargs)
-        self._package = package
-        self._program = executable
+        self._package, self._program = package, executable
         self._node_name = name if name is not None else node_name
         self._namespace = namespace if namespace is not None else node_namespace
         self._parameters = [] if parameters is None else parameters
@@ -281,8 +280,7 @@ class ComposableNode(Placed):
         self.node_name = name if name is not None else node_name
         self.node_namespace = namespace
         self.parameters, self.remappings = parameters, list(remappings or ())
-        self.extra_arguments = extra_arguments
-        self.condition = condition
+        self.extra_arguments, self.condition = extra_arguments, condition
 
     def node(self, context: LaunchContext) -> RosNode | None:
         """Return it with all substitutions performed, None if its condition does not hold."""

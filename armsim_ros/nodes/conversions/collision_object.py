@@ -107,12 +107,10 @@ def attached_from_message(message: AttachedCollisionObject) -> AttachedObject:
     :raises PlanningError: for a shape or pose that cannot exist.
     """
     return AttachedObject(
-        link_name=message.link_name,
-        object=object_from_message(message.object),
+        link_name=message.link_name, object=object_from_message(message.object),
         touch_links=tuple(message.touch_links),
         detach_posture=trajectory_from_message(message.detach_posture),
-        weight=float(message.weight),
-    )
+        weight=float(message.weight))
 
 
 def object_to_message(
@@ -177,9 +175,6 @@ def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:
 def attached_object_to_message(item: AttachedObject) -> AttachedCollisionObject:
     """Return the message of a carried object; its pose is relative to the link."""
     return AttachedCollisionObject(
-        link_name=item.link_name,
-        object=object_to_message(item.object, item.link_name),
+        link_name=item.link_name, object=object_to_message(item.object, item.link_name),
         touch_links=sorted(item.touch_links),
-        detach_posture=trajectory_to_message(item.detach_posture),
-        weight=item.weight,
-    )
+        detach_posture=trajectory_to_message(item.detach_posture), weight=item.weight)

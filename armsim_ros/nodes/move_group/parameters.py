@@ -125,11 +125,8 @@ _CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
 #: A launch argument of ROS 1 and the four parameters that it sets.
 _MONITORED = 'publish_monitored_planning_scene'
 _PUBLISHED = (
-    'publish_planning_scene',
-    'publish_geometry_updates',
-    'publish_state_updates',
-    'publish_transforms_updates',
-)
+    'publish_planning_scene', 'publish_geometry_updates', 'publish_state_updates',
+    'publish_transforms_updates')
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
 _DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
 

@@ -51,9 +51,7 @@ class EventLog:
     def __init__(
         self, node: Node, manager: ControllerManager, sides: Mapping[str, ControllerNode]
     ) -> None:
-        self._node = node
-        self._manager = manager
-        self._sides = sides
+        self._node, self._manager, self._sides = node, manager, sides
         #: The last events, for recordings.
         self.recent: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 
@@ -83,8 +81,7 @@ class FaultParameters:
 
     def __init__(self, node: Node, injector: FaultInjector, joints: Sequence[str]) -> None:
         """Declare the parameters of every joint that can be commanded, without faults."""
-        self._node = node
-        self._injector = injector
+        self._node, self._injector = node, injector
         self._shown = JointFaults(faults={name: JointFault() for name in joints})
         SettingsParameters(node, self._shown, self._changed)
         node.get_logger().warning('faults of joints can be injected by the parameters faults.*')
@@ -113,8 +110,7 @@ class DomainWatch:
     """
 
     def __init__(self, node: Node, found: Callable[[str], None]) -> None:
-        self._node = node
-        self._found = found
+        self._node, self._found = node, found
         self._end = time.monotonic() + WATCH_TIME
 
     def look(self) -> None:
@@ -148,10 +144,7 @@ class RobotNodes:
         self.node = time.node(
             'controller_manager', namespace=namespace, allow_undeclared_parameters=True)
         executor.add_node(self.node)
-        self._robot = robot
-        self._manager = manager
-        self._loop = loop
-        self._dispatcher = dispatcher
+        self._robot, self._manager, self._loop, self._dispatcher = robot, manager, loop, dispatcher
         self._faults = faults
         self._kept: list[Any] = []
         def new_node(name: str) -> Node:

@@ -112,8 +112,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'{name} is {value:g}; PTP, LIN and CIRC take a number above 0.0001, up to 1',
-                PIPELINE,
-            )
+                PIPELINE)
     start = request.start_state
     names = context.model.robot.semantic.groups[request.group_name].active_joints
     for name, velocity in zip(start.joint_names, start.velocities, strict=False):
@@ -238,8 +237,7 @@ class CommandGoal:
     ) -> None:
         self._context = context
         self._group = request.group_name
-        self._present = present
-        self._scene = scene
+        self._present, self._scene = present, scene
         if len(request.goal_constraints) != 1:
             raise _error(f'the request has {len(request.goal_constraints)} goal constraints; PTP, '
                          'LIN and CIRC take exactly one')

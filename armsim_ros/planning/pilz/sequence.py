@@ -271,8 +271,7 @@ class Blender:
 
     def __init__(self, context: PlanningContext, validity: StateValidity, tip: str) -> None:
         self._model = context.model
-        self._validity = validity
-        self._tip = tip
+        self._validity, self._tip = validity, tip
         self._sampler = JointSampler(
             context, validity, Frame(tip, np.eye(4)), BLEND, validity.poll)
 

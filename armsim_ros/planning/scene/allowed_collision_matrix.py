@@ -118,8 +118,7 @@ class AllowedCollisionMatrix:
         return AllowedCollisionMatrix(
             {pair: value for pair, value in self.pairs.items() if not gone.intersection(pair)},
             {name: value for name, value in self.defaults.items() if name not in gone},
-            tuple(name for name in self.names if name not in gone),
-        )
+            tuple(name for name in self.names if name not in gone))
 
     def to_update(self) -> AcmUpdate:
         """Return the content of a message, sorted; every pair has its effective value."""
@@ -204,5 +203,4 @@ def _check_sizes(update: AcmUpdate) -> None:
     if wrong:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
-            f'the allowed collision matrix has {wrong}; the matrix stays as it was',
-        )
+            f'the allowed collision matrix has {wrong}; the matrix stays as it was')

@@ -84,8 +84,7 @@ class SceneDraft:
     """
 
     def __init__(self, kinematics: KinematicModel, base: SceneContent) -> None:
-        self.kinematics = kinematics
-        self._base = base
+        self.kinematics, self._base = kinematics, base
         self.q, self.name, self.acm = base.q, base.name, base.acm
         self.objects, self.attached = dict(base.objects), dict(base.attached)
         self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
@@ -284,8 +283,4 @@ def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, 
     bodies = [*content.objects.values(), *(item.object for item in content.attached.values())]
     subframes = [f'{body.id}/{name}' for body in bodies for name in body.subframes]
     return (
-        *kinematics.robot.links,
-        *(body.id for body in bodies),
-        *subframes,
-        *content.frames,
-    )
+        *kinematics.robot.links, *(body.id for body in bodies), *subframes, *content.frames)

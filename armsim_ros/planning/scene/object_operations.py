@@ -165,11 +165,8 @@ def _in_model_frame(
 def _extended(old: CollisionObject, new: CollisionObject) -> CollisionObject:
     """Return the old object with the shapes of another, in its own frame, and its subframes."""
     return replace(
-        old,
-        shapes=old.shapes + new.shapes,
-        subframes=new.subframes,
-        type=old.type if new.type.empty else new.type,
-    )
+        old, shapes=old.shapes + new.shapes, subframes=new.subframes,
+        type=old.type if new.type.empty else new.type)
 
 
 def _remove(draft: SceneDraft, id_: str) -> None:
@@ -247,21 +244,16 @@ def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
         )
     added = _built(draft, item.object)
     body = replace(
-        old.object,
-        shapes=added.shapes + old.object.shapes,
+        old.object, shapes=added.shapes + old.object.shapes,
         subframes=MappingProxyType({**old.object.subframes, **added.subframes}),
-        type=old.object.type if added.type.empty else added.type,
-    )
+        type=old.object.type if added.type.empty else added.type)
     if _given_pose(item.object) is not None:
         on_link = inverse_pose(draft.link_pose(old.link_name)) @ added.pose
         body = body.at(on_link, old.link_name)
     return AttachedObject(
-        old.link_name,
-        body,
-        tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
+        old.link_name, body, tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
         item.detach_posture if len(item.detach_posture) else old.detach_posture,
-        item.weight or old.weight,
-    )
+        item.weight or old.weight)
 
 
 def _detach(draft: SceneDraft, item: AttachedObject) -> None:

@@ -199,8 +199,7 @@ def _set_joints(draft: SceneDraft, state: StartState) -> None:
         raise PlanningError(
             MoveItErrorCode.INVALID_ROBOT_STATE,
             f'the robot state has {len(names)} joint names but {len(positions)} positions',
-            'planning scene',
-        )
+            'planning scene')
     if names:
         q = draft.kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
         q.setflags(write=False)

@@ -78,8 +78,7 @@ class LimitTable:
     """
 
     def __init__(self, robot: RobotModel, log: Log) -> None:
-        self._robot = robot
-        self._log = log
+        self._robot, self._log = robot, log
         self._reported: set[str] = set()
 
     def limits(self, joint_names: Iterable[str]) -> MotionLimits:
@@ -126,8 +125,7 @@ class LimitTable:
 
 
 def link_speed_limit(
-    model: KinematicModel, validity: StateValidity,
-    request: MotionPlanRequest | CartesianRequest,
+    model: KinematicModel, validity: StateValidity, request: MotionPlanRequest | CartesianRequest
 ) -> SpeedLimit | None:
     """
     Return the largest path speed at which a link keeps a request's ``max_cartesian_speed``.

@@ -308,5 +308,4 @@ def _excess(motion: QuinticMotion, limits: MotionLimits) -> float:
     velocity, acceleration = motion.peaks()
     return max(
         float(np.max(velocity / limits.velocity)),
-        float(np.sqrt(np.max(acceleration / limits.acceleration))),
-    )
+        float(np.sqrt(np.max(acceleration / limits.acceleration))))

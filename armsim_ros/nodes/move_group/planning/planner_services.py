@@ -180,8 +180,7 @@ class DisplayPlannedPath:
     """
 
     def __init__(self, node: Node, model_id: str, settings: OmplSettings) -> None:
-        self._model_id = model_id
-        self._settings = settings
+        self._model_id, self._settings = model_id, settings
         self._publishers = {
             topic: node.create_publisher(DisplayTrajectory, topic, 10)
             for topic in {TOPIC, settings.display_path_topic}}

@@ -85,9 +85,7 @@ class ControllerNode:
         self, controller: Controller[Any], node: ToldNode, dispatcher: Dispatcher
     ) -> None:
         """Parameters are declared later, by ``declare_parameters``."""
-        self.controller = controller
-        self.node = node
-        self.dispatcher = dispatcher
+        self.controller, self.node, self.dispatcher = controller, node, dispatcher
         self.opened = False
         self._parameters: SettingsParameters[Any] | None = None
 

@@ -180,8 +180,7 @@ class EntityServices:
     """Answers about entities, each consistent with a single moment between two ticks."""
 
     def __init__(self, node: Node, work: Work, entities: Entities) -> None:
-        self._work = work
-        self._entities = entities
+        self._work, self._entities = work, entities
         group = ReentrantCallbackGroup()
         for name, kind, answer in (
             ('/get_entities', GetEntities, self._list),
@@ -233,10 +232,8 @@ class EntityServices:
     async def _info(self, request: Any, response: Any) -> None:
         info = await self._work.in_loop(lambda: self._entities.info(request.entity))
         response.info = EntityInfo(
-            category=EntityCategory(category=int(info.category)),
-            description=info.description,
-            tags=list(info.tags),
-        )
+            category=EntityCategory(category=int(info.category)), description=info.description,
+            tags=list(info.tags))
 
     @answered
     async def _set_info(self, request: Any, response: Any) -> None:

@@ -109,9 +109,7 @@ class VacuumGripperServer:
         self, node: Node, work: Work, dispatcher: Dispatcher, namespace: str,
         gripper: VacuumGripper, tell_scene: Callable[[Callable[[], object]], object]
     ) -> None:
-        self._node = node
-        self._work = work
-        self._gripper = gripper
+        self._node, self._work, self._gripper = node, work, gripper
         self.control = VacuumControl(
             work.loop, gripper, lambda: dispatcher.post(lambda: tell_scene(self._notice)))
         # In a cell the name begins with the namespace.
