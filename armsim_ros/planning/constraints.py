@@ -18,13 +18,16 @@ from armsim_ros.model.robot_model import JointType
 from armsim_ros.model.transforms import matrix_from_quat_xyzw
 from armsim_ros.planning.constraint_terms import (
     ConstraintResult,
+    enabled,
     EPSILON,
     FixedTerm,
     Frame,
     JointTerm,
+    link_shapes,
     OrientationTerm,
     Poses,
     PositionTerm,
+    VisibilityTerm,
 )
 from armsim_ros.planning.request import (
     Constraints,
@@ -36,7 +39,6 @@ from armsim_ros.planning.request import (
     VisibilityConstraint,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.visibility import enabled, link_shapes, VisibilityTerm
 
 Term = JointTerm | PositionTerm | OrientationTerm | VisibilityTerm | FixedTerm
 
