@@ -178,8 +178,7 @@ class ArmSim:
         while not condition():
             if self.simulation.time_ns >= deadline:
                 raise SimulationError(
-                    f'the condition was not met within {timeout:g} s of simulated time'
-                )
+                    f'the condition was not met within {timeout:g} s of simulated time')
             self.step()
 
     def plan(
@@ -239,16 +238,14 @@ class ArmSim:
         execution = self.settings.trajectory_execution
         allowed = (
             trajectory.duration * execution.allowed_execution_duration_scaling
-            + execution.allowed_goal_duration_margin
-        )
+            + execution.allowed_goal_duration_margin)
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
             lambda: all(part.goal.done for part in sent))
         for part in sent:
             if not part.goal.done:
                 raise SimulationError(
-                    f'the trajectory did not end within {allowed:g} s of simulated time'
-                )
+                    f'the trajectory did not end within {allowed:g} s of simulated time')
             if not part.succeeded:
                 raise ControllerError(
                     f'the trajectory was {part.goal.status.name.lower()}: {part.failure}')
@@ -342,9 +339,7 @@ class ArmSim:
         return MotionPlanner(
             self.scene,
             settings=settings_from_config(
-                settings.planning_parameters, settings.ompl, settings.kinematics
-            ),
-        )
+                settings.planning_parameters, settings.ompl, settings.kinematics))
 
     @cached_property
     def _world_in_scene(self) -> WorldInScene:
@@ -383,6 +378,5 @@ class ArmSim:
                 Problem(
                     f"group '{group}' has no named state '{name}'",
                     allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states)))
-            )
+                    remedy=nearest(name, tuple(states))))
         return states[name]

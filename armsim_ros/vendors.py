@@ -64,8 +64,7 @@ _UNIVERSAL_ROBOTS = Vendor(
     program=True,
     pace='speed_scaling/speed_scaling_factor',
     tool='tool0',
-    endpoints='armsim_ros.nodes.vendors.ur_endpoints:UniversalRobots',
-)
+    endpoints='armsim_ros.nodes.vendors.ur_endpoints:UniversalRobots')
 
 #: External torques of Franka's arms that are a contact, and that are a collision [N*m]. As
 #: ``getDefaultCollisionBehaviorRequest`` (default_robot_behavior_utils.hpp of

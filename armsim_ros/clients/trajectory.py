@@ -119,8 +119,7 @@ class TrajectoryClient:
             # The usual depth of 10 loses answers when many goals are sent at once.
             goal_service_qos_profile=ALL,
             result_service_qos_profile=ALL,
-            feedback_sub_qos_profile=QoSProfile(depth=100),
-        )
+            feedback_sub_qos_profile=QoSProfile(depth=100))
         # Transient-local, so that a message published before the two have met is not lost.
         qos = QoSProfile(
             depth=1, reliability=QoSReliabilityPolicy.RELIABLE,

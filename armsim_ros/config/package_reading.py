@@ -174,8 +174,7 @@ _RESPONSE_ADAPTERS = tuple(f'default_planning_response_adapters/{name}' for name
 _PLANNERS = (
     'SBL', 'EST', 'LBKPIECE', 'BKPIECE', 'KPIECE', 'RRT', 'RRTConnect', 'RRTstar', 'TRRT', 'PRM',
     'PRMstar', 'FMT', 'BFMT', 'PDST', 'STRIDE', 'BiTRRT', 'LBTRRT', 'BiEST', 'ProjEST', 'LazyPRM',
-    'LazyPRMstar', 'SPARS', 'SPARStwo',
-)
+    'LazyPRMstar', 'SPARS', 'SPARStwo')
 
 #: The pipelines that there are without any file, in the order of their offer.
 DEFAULT_PIPELINES = ('ompl', 'pilz_industrial_motion_planner', 'chomp', 'stomp')

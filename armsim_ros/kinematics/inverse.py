@@ -70,8 +70,7 @@ class InverseKinematics:
         self._position_only, self._max_starts = position_only, max_starts
         self._table_size = table_size
         self._convergence = Convergence(
-            position_tolerance, orientation_tolerance, max_iterations
-        )
+            position_tolerance, orientation_tolerance, max_iterations)
 
     def prepare(self, targets: Sequence[IKTarget]) -> None:
         """Make the tables for these targets; otherwise a first search spends its time on them."""
@@ -109,8 +108,7 @@ class InverseKinematics:
                 if options.is_valid is None or options.is_valid(solution):
                     return IKResult(
                         solution, None, '', descent.position_error, descent.orientation_error,
-                        search.rejected,
-                    )
+                        search.rejected)
                 search.rejected += 1
             yield
         return search.result(self.group, targets)
@@ -177,8 +175,7 @@ class InverseKinematics:
                     f"group '{self.group}' does not move link '{target.link}'; it moves "
                     f'{", ".join(sorted(self._moved)) or "nothing"}',
                     math.inf,
-                    math.inf,
-                )
+                    math.inf)
         return None
 
     def _free_orientation(self, target: IKTarget) -> bool:
@@ -221,8 +218,7 @@ class InverseKinematics:
         free = any(self._free_orientation(target) for target in targets)
         used = 0
         best = table.best_first(
-            wanted, seed, min(limit, self._max_starts), position_only=free
-        )
+            wanted, seed, min(limit, self._max_starts), position_only=free)
         for start in best:
             if search.late():
                 return
@@ -237,16 +233,14 @@ class InverseKinematics:
     def _table(self, links: tuple[str, ...]) -> StartTable:
         key = ('start table', self.group, links, self._table_size)
         table: StartTable = self.kinematics.cached(
-            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size)
-        )
+            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size))
         return table
 
     def _unwind(self, q: Vector, seed: Vector) -> Vector:
         """Return q with every full turn removed that leads away from the seed."""
         kinematics = self.kinematics
         turns = kinematics.cached(
-            ('turning variables', self.group), lambda: _turning(kinematics, self._indices)
-        )
+            ('turning variables', self.group), lambda: _turning(kinematics, self._indices))
         if not len(turns):
             return q
         values = q[turns]

@@ -203,8 +203,7 @@ def _task_jacobian(model: object, data: object, task: PoseTask) -> Matrix:
         local: Matrix = pin.getFrameJacobian(model, data, task.frame, pin.ReferenceFrame.LOCAL)
         return local
     aligned: Matrix = pin.getFrameJacobian(
-        model, data, task.frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    )
+        model, data, task.frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
     placement = pin.updateFramePlacement(model, data, task.frame)
     arm = placement.rotation @ task.point
     moved: Matrix = aligned[:3] - pin.skew(arm) @ aligned[3:]

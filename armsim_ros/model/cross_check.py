@@ -111,8 +111,7 @@ class _Check:
             ('servo gains', ('simulation', 'servo', 'gains'),
              self._settings.simulation.servo.gains),
             ('start tolerances', ('trajectory_execution', 'allowed_start_tolerance_joints'),
-             self._settings.trajectory_execution.allowed_start_tolerance_joints),
-        )
+             self._settings.trajectory_execution.allowed_start_tolerance_joints))
         for title, path, joints in paths:
             for joint in joints:
                 self._known_joint(title, joint, self._settings.locate(*path, joint),

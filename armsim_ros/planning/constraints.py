@@ -80,8 +80,7 @@ class ConstraintSet:
         self._fixed = np.concatenate([
             np.empty(0), *(term.residual() for term in terms if isinstance(term, FixedTerm))])
         self._links = tuple(dict.fromkeys(
-            link for term in self._pose_terms for link in (term.target.link, term.frame.link)
-        ))
+            link for term in self._pose_terms for link in (term.target.link, term.frame.link)))
         self._links_in_view = tuple(dict.fromkeys(
             link for term in self._visibilities for link in term.links))
 
@@ -314,8 +313,7 @@ def merged(first: Constraints, second: Constraints, log: Log) -> Constraints:
         position = min(max(mean, low), high)
         joints[each.joint_name] = JointConstraint(
             each.joint_name, position, high - position, position - low,
-            0.5 * (before.weight + each.weight),
-        )
+            0.5 * (before.weight + each.weight))
     return Constraints(
         tuple(joints.values()), first.position_constraints + second.position_constraints,
         first.orientation_constraints + second.orientation_constraints,

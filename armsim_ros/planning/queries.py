@@ -175,8 +175,7 @@ def _ik_timeout(context: PlanningContext, request: IKRequest) -> float:
     if request.timeout > LONGEST_IK_TIMEOUT:
         context.log.warning(
             f'compute_ik: a timeout of {request.timeout:g} s is asked for; '
-            f'using {LONGEST_IK_TIMEOUT:g} s'
-        )
+            f'using {LONGEST_IK_TIMEOUT:g} s')
     return min(request.timeout, LONGEST_IK_TIMEOUT)
 
 

@@ -114,8 +114,7 @@ class FlightRecorder:
                 self.goals.append(GoalRecord(now_ns, name, goal))
         self.samples.append(Sample(
             now_ns, state.position.copy(), state.velocity.copy(), state.effort.copy(),
-            self._body_names, positions, quaternions, *simulation.touching(), snapshots,
-        ))
+            self._body_names, positions, quaternions, *simulation.touching(), snapshots))
 
     def frozen(self) -> FlightRecorder:
         """Return a copy that stays as the ring is now; in the thread that moves time."""

@@ -270,14 +270,12 @@ class CommandInbox:
         if kind is not self.type:
             return (
                 f'a {kind.name} command came and {self.type.name} is chosen; call {_SERVICE} '
-                f'with {kind.value}'
-            )
+                f'with {kind.value}')
         if stamp_ns:
             behind = now_ns - stamp_ns
             if behind > self.timeout_ns or -behind > FARTHEST_AHEAD_NS:
                 side = 'behind' if behind > 0 else 'ahead of'
                 return (
                     f'header.stamp is {abs(behind) * 1e-9:.3f} s {side} the clock of servo_node; '
-                    'set use_sim_time alike on both sides, or send stamp 0'
-                )
+                    'set use_sim_time alike on both sides, or send stamp 0')
         return ''

@@ -191,8 +191,7 @@ class ServoStream:
         all_halt = (
             parameters.halt_all_joints_in_cartesian_mode
             if cartesian
-            else parameters.halt_all_joints_in_joint_mode
-        )
+            else parameters.halt_all_joints_in_joint_mode)
         velocity, finding = self.bounds.limit_position(
             self._position, velocity, parameters.publish_period, all_halt=all_halt)
         if finding is not None:
@@ -217,8 +216,7 @@ class ServoStream:
         share = max(self._factor, 0.05)
         ahead = q.copy()
         ahead[self.target.indices] += (
-            coasting + share * velocity * period * (2 + self._cycles_to_look)
-        )
+            coasting + share * velocity * period * (2 + self._cycles_to_look))
         self._factor, self._collision = self._proximity.factor(q, self.target.complete(ahead))
         return self._factor
 

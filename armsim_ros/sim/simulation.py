@@ -89,8 +89,7 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         self._driven_views = None
         if isinstance(self._active, slice):
             self._driven_views = (
-                _part(self.command, self._active), _part(self.feedforward, self._active)
-            )
+                _part(self.command, self._active), _part(self.feedforward, self._active))
         self._plant = Plant(
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()

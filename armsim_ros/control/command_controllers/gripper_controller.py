@@ -355,8 +355,7 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         step = self._fastest * period
         left = self._target - self._reference
         self._reference = (
-            self._target if abs(left) <= step else self._reference + math.copysign(step, left)
-        )
+            self._target if abs(left) <= step else self._reference + math.copysign(step, left))
         hardware.command.position[i] = self._reference
 
     def _release(self) -> None:

@@ -34,8 +34,7 @@ class StateRecord:
 
     __slots__ = (
         'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'goal',
-        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns',
-    )
+        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns')
 
     def __init__(self, joints: int, width: int, compared: int) -> None:
         """

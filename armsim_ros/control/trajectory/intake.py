@@ -52,22 +52,19 @@ def beyond_limits(waypoints: Waypoints, properties: JointProperties) -> str:
         for i, j in np.argwhere(outside):
             return (
                 f"point {i} at {times[i]:g} s moves joint '{properties.names[j]}' to "
-                f'{positions[i, j]:g} {properties.units[j]}, beyond its limit {limit[j]:g}'
-            )
+                f'{positions[i, j]:g} {properties.units[j]}, beyond its limit {limit[j]:g}')
     bound = properties.velocity * VELOCITY_SLACK
     for i, j in np.argwhere(np.abs(waypoints.velocities) > bound):
         return (
             f"point {i} at {times[i]:g} s moves joint '{properties.names[j]}' with velocity "
             f'{waypoints.velocities[i, j]:g}, above its limit {properties.velocity[j]:g} '
-            f'{properties.units[j]}/s'
-        )
+            f'{properties.units[j]}/s')
     mean = np.diff(positions, axis=0) / np.diff(times)[:, None]
     for i, j in np.argwhere(np.abs(mean) > bound):
         return (
             f"joint '{properties.names[j]}' needs a velocity of {mean[i, j]:g} between points {i} "
             f'and {i + 1} ({times[i]:g} s to {times[i + 1]:g} s), above its limit '
-            f'{properties.velocity[j]:g} {properties.units[j]}/s'
-        )
+            f'{properties.velocity[j]:g} {properties.units[j]}/s')
     return ''
 
 
@@ -104,8 +101,7 @@ def start_of(
     return start, (
         f'the first point, in {time:g} s, is {far[1, i]:g} {properties.units[i]} away from '
         f"joint '{properties.names[i]}', which can move {reach[i]:g} in that time; give it more "
-        'time, or start the trajectory where the arm is'
-    )
+        'time, or start the trajectory where the arm is')
 
 
 STANDING = 1.2e-7

@@ -123,8 +123,7 @@ class Node(ExecuteProcess):
                 (perform_text(context, source), perform_text(context, target))
                 for source, target in self._remappings)],
             arguments=[_word(context, argument) for argument in self._arguments],
-            ros_arguments=[_word(context, argument) for argument in self._ros_arguments],
-        )
+            ros_arguments=[_word(context, argument) for argument in self._ros_arguments])
         if self.process_description.name is None:
             made.name = executable
         return made
@@ -296,8 +295,7 @@ class ComposableNode(Placed):
                 if self.node_namespace is not None else ''),
             parameters=evaluate_parameters(context, self.parameters),
             remappings=[(perform_text(context, source), perform_text(context, target))
-                        for source, target in self.remappings],
-        )
+                        for source, target in self.remappings])
 
 
     def process(self, package: str, executable: str) -> Node:

@@ -23,8 +23,7 @@ _VIRTUAL_TYPES = ('fixed', 'planar', 'floating')
 _KNOWN_TAGS = (
     'group', 'group_state', 'end_effector', 'virtual_joint', 'passive_joint',
     'disable_collisions', 'enable_collisions', 'disable_default_collisions', 'joint_property',
-    'link_sphere_approximation',
-)
+    'link_sphere_approximation')
 
 Pair = tuple[str, str]
 

@@ -54,8 +54,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
     shapes: tuple[tuple[Sequence[Geometry], Sequence[Pose]], ...] = (
         ([*map(primitive_from_message, message.primitives)], message.primitive_poses),
         ([*map(mesh_from_message, message.meshes)], message.mesh_poses),
-        ([*map(plane_from_message, message.planes)], message.plane_poses),
-    )
+        ([*map(plane_from_message, message.planes)], message.plane_poses))
     given = [(of_kind, tuple(map(pose_from_message, poses))) for of_kind, poses in shapes]
     moves = operation == ObjectOperation.MOVE
     made = operation in (ObjectOperation.ADD, ObjectOperation.APPEND)
@@ -70,8 +69,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
             name: pose_from_message(pose)
             for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)},
         type=ObjectType(message.type.key, message.type.db),
-        shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else (),
-    )
+        shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else ())
 
 
 def _placed(shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectShape]:

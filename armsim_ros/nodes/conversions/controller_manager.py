@@ -62,8 +62,7 @@ def controller_message(info: ControllerInfo) -> ControllerState:
         reference_interfaces=list(info.references),
         chain_connections=[
             ChainConnection(name=name, reference_interfaces=list(references))
-            for name, references in info.connections.items()],
-    )
+            for name, references in info.connections.items()])
 
 
 def interface_messages(infos: Iterable[InterfaceInfo]) -> list[HardwareInterface]:

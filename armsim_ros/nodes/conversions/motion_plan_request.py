@@ -79,8 +79,7 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
                 max_view_angle=float(item.max_view_angle),
                 max_range_angle=float(item.max_range_angle),
                 sensor_view_direction=int(item.sensor_view_direction))
-            for item in message.visibility_constraints),
-    )
+            for item in message.visibility_constraints))
 
 
 def _position(message: PositionConstraintMessage) -> PositionConstraint:
@@ -120,15 +119,13 @@ def _orientation(message: OrientationConstraintMessage) -> OrientationConstraint
     return OrientationConstraint(
         link_name=message.link_name,
         quat_xyzw=(
-            float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)
-        ),
+            float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)),
         tolerances=(
             float(message.absolute_x_axis_tolerance), float(message.absolute_y_axis_tolerance),
             float(message.absolute_z_axis_tolerance)),
         frame_id=message.header.frame_id,
         parameterization=int(message.parameterization),
-        weight=float(message.weight),
-    )
+        weight=float(message.weight))
 
 
 Value = TypeVar('Value')
@@ -209,8 +206,7 @@ def request_from_message(message: MotionPlanRequestMessage, seed: int = -1) -> M
         cartesian_speed_limited_link=message.cartesian_speed_limited_link,
         workspace=_workspace(message.workspace_parameters),
         has_trajectory_constraints=bool(message.trajectory_constraints.constraints),
-        seed=seed,
-    )
+        seed=seed)
 
 
 def error_code_message(code: int, text: str = '', source: str = '') -> MoveItErrorCodes:

@@ -78,12 +78,10 @@ def update_from_message(message: PlanningSceneMessage, model_frame: str) -> Scen
         fixed_frames=dict(frames),
         object_colors={
             item.id: (
-                float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a)
-            )
+                float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a))
             for item in message.object_colors},
         octomap=octomap,
-        unreadable=(*bad_frames, *bad_objects, *bad_octomap),
-    )
+        unreadable=(*bad_frames, *bad_objects, *bad_octomap))
 
 
 def world_from_message(message: PlanningSceneWorld) -> SceneUpdate:

@@ -71,8 +71,7 @@ class MoveGroupParameters:
             plan_execution=PlanExecution(
                 record_trajectory_state_frequency=planning.record_trajectory_state_frequency),
             planning_seed=context.planner.settings.seed,
-            monitor_dynamics=planning.monitor_dynamics,
-        )
+            monitor_dynamics=planning.monitor_dynamics)
         try:
             self._live = SettingsParameters(context.node, live, self._changed)
         except ValidationError as error:

@@ -183,8 +183,7 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     scene = initial_scene(KinematicModel(robot), settings, parameters, name='default')
     topics = parameters.joint_state_topics or (
         settings.joint_states_topic,
-        node.resolve_topic_name(DEFAULT_JOINT_STATES),
-    )
+        node.resolve_topic_name(DEFAULT_JOINT_STATES))
     planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
     planner, query_planner = (
         MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2))

@@ -180,8 +180,7 @@ def _product(left: Matrix, right: Matrix) -> Matrix:
     vector = (
         left[:, 3:] * right[:, :3]
         + right[:, 3:] * left[:, :3]
-        + np.cross(left[:, :3], right[:, :3])
-    )
+        + np.cross(left[:, :3], right[:, :3]))
     scalar = left[:, 3] * right[:, 3] - np.einsum('ij,ij->i', left[:, :3], right[:, :3])
     return np.column_stack([vector, scalar])
 

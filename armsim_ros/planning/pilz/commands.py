@@ -83,8 +83,7 @@ def run_command(
         raise PlanningError(
             MoveItErrorCode.INVALID_MOTION_PLAN,
             f'{command} does not plan around obstacles: {fault}; give another goal, or plan with '
-            "pipeline 'ompl'", 'ValidateSolution', fault.contacts,
-        )
+            "pipeline 'ompl'", 'ValidateSolution', fault.contacts)
     return motion.trajectory(validity.joint_names), path_length(motion.positions)
 
 
@@ -120,8 +119,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
                 f"joint '{name}' has the velocity {velocity:g} in the start state; PTP, LIN and "
-                'CIRC start at rest', PIPELINE,
-            )
+                'CIRC start at rest', PIPELINE)
 
 
 def _point_to_point(

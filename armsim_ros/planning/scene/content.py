@@ -136,8 +136,7 @@ class SceneDraft:
                 MoveItErrorCode.INVALID_LINK_NAME,
                 f"{what} link '{link}', which robot '{robot.name}' does not have "
                 f'{nearest(link, tuple(robot.links))}'.rstrip(),
-                'planning scene',
-            )
+                'planning scene')
 
 
 SceneParts = SceneContent | SceneDraft
@@ -192,8 +191,7 @@ def frame_pose(
         MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
         f"frame '{frame}': its chain of transforms leads to no link of the robot, it goes in a "
         f"circle at '{name}'",
-        'planning scene',
-    )
+        'planning scene')
 
 
 def transform(kinematics: KinematicModel, content: SceneContent, frame: str) -> Matrix:
@@ -274,8 +272,7 @@ def _unknown(
         f"frame '{frame}' is not a link, object, subframe or known fixed frame{joined}; "
         f"the model frame is '{kinematics.robot.model_frame}' "
         f'{nearest(name, known_frames(kinematics, content))}'.rstrip(),
-        'planning scene',
-    )
+        'planning scene')
 
 
 def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, ...]:

@@ -60,11 +60,9 @@ class PlanningScene(SceneView):
             q,
             name,
             acm=AllowedCollisionMatrix.from_robot(
-                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent
-            ),
+                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent),
             link_padding=MappingProxyType(dict.fromkeys(solid, link_padding)),
-            link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)),
-        )
+            link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)))
         super().__init__(kinematics, self._initial)
         #: Held while an edit is made, and while its result is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()

@@ -188,8 +188,7 @@ def _add_attached(draft: SceneDraft, item: AttachedObject) -> None:
     if item.object.operation != ObjectOperation.ADD:
         raise object_error(
             f"attached object '{item.id}': a robot state whose is_diff is false takes ADD only; "
-            'set robot_state.is_diff to detach or change it'
-        )
+            'set robot_state.is_diff to detach or change it')
     apply_attached(draft, item)
 
 

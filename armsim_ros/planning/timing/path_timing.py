@@ -72,8 +72,7 @@ def time_waypoints(
         MoveItErrorCode.INVALID_MOTION_PLAN,
         f'the timed trajectory is not valid {fault}; plan again, or keep more clearance around '
         'objects',
-        'ValidateSolution', fault.contacts if fault else (),
-    )
+        'ValidateSolution', fault.contacts if fault else ())
 
 
 def _shrink_corners(

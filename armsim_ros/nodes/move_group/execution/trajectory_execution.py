@@ -293,8 +293,7 @@ class TrajectoryExecutionManager:
                     return (
                         'the trajectory would meet one that is being executed: '
                         f"'{contact.body1}' and '{contact.body2}'; execute them one after the "
-                        'other'
-                    )
+                        'other')
             return ''
 
         return str(await context.queries.submit(look))

@@ -194,8 +194,7 @@ class SequenceJob:
         response: SequenceResponse = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
                 items, scene, clock=context.planning_clock(), cancelled=cancelled,
-                pipeline=pipeline,
-            ),
+                pipeline=pipeline),
             cancelled)
         context.check_ending('planning')
         answer.planning_time = response.planning_time

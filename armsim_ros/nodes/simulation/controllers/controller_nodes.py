@@ -288,8 +288,7 @@ _TOPICS: tuple[tuple[type[Controller[Any]], Callable[[Node, Any], Any]], ...] = 
     (ComplianceController, ComplianceTopics),
     (NetForceController, NetForceTopics),
     (PidController, PidTopics),
-    (AdmittanceController, AdmittanceTopics),
-)
+    (AdmittanceController, AdmittanceTopics))
 
 
 class CommandedNode(ControllerNode):
@@ -330,8 +329,7 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
     (TipBroadcaster, SensorBroadcasterNode),
-    (StandInController, StandInNode),
-)
+    (StandInController, StandInNode))
 
 
 def create_controller_node(

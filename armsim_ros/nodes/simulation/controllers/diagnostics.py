@@ -97,8 +97,7 @@ class Diagnostics:
         active = {
             joint: str(fault) for joint, fault in faults.active.items() if joint in self._joints}
         text = f'Joints fail on purpose: {", ".join(active)}' if active else (
-            'Joints can be made to fail, none does'
-        )
+            'Joints can be made to fail, none does')
         return self._status('Fault Injection', text, active, _WARN if active else _OK)
 
     def _pace(self) -> DiagnosticStatus:

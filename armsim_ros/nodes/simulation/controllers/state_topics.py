@@ -199,8 +199,7 @@ class AdmittanceTopics:
             node.create_subscription(kind, topic, receive, qos.COMMAND)
             for kind, topic, receive in (
                 (JointTrajectoryPoint, '~/joint_references', self._refer),
-                (WrenchStamped, '~/wrench_reference', self._add_wrench),
-            )]
+                (WrenchStamped, '~/wrench_reference', self._add_wrench))]
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""

@@ -74,8 +74,7 @@ class Selection:
             self._matches(name)
             and (not self._categories or info.category in self._categories)
             and has_tags(info.tags, self._tags)
-            and (self._overlaps is None or self._overlaps(*entities.world_bounds(name)))
-        )
+            and (self._overlaps is None or self._overlaps(*entities.world_bounds(name))))
 
 
 def has_tags(tags: Collection[str], requested: TagsFilter) -> bool:

@@ -84,8 +84,7 @@ def _message(time_ns: int, contact: FingerContact) -> ContactInformation:
         body_type_1=ContactInformation.ROBOT_LINK,
         contact_body_2=contact.other,
         body_type_2=(ContactInformation.WORLD_OBJECT if contact.is_object
-                     else ContactInformation.ROBOT_LINK),
-    )
+                     else ContactInformation.ROBOT_LINK))
     message.header.frame_id = WORLD_FRAME
     fill_time(message.header.stamp, time_ns)
     for field, values in ((message.position, contact.position), (message.normal, contact.normal)):
