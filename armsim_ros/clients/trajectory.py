@@ -12,11 +12,12 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
-from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSHistoryPolicy, QoSProfile
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode, PATIENCE
 from armsim_ros.clients.node import GoalRun
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
@@ -121,11 +122,8 @@ class TrajectoryClient:
             result_service_qos_profile=ALL,
             feedback_sub_qos_profile=QoSProfile(depth=100))
         # Transient-local, so that a message published before the two have met is not lost.
-        qos = QoSProfile(
-            depth=1, reliability=QoSReliabilityPolicy.RELIABLE,
-            durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         self._publisher = client.node.create_publisher(
-            JointTrajectory, f'{controller}/joint_trajectory', qos)
+            JointTrajectory, f'{controller}/joint_trajectory', qos.LATCHED)
 
     def wait_for_server(self, timeout: float = PATIENCE) -> None:
         """Wait until the action server answers to discovery."""
