@@ -43,11 +43,8 @@ class WorldInScene:
     """
 
     def __init__(
-        self,
-        simulation: Simulation,
-        scene: PlanningScene,
-        root: Matrix,
-        fingers: Callable[[], Mapping[str, Gripper]],
+        self, simulation: Simulation, scene: PlanningScene, root: Matrix,
+        fingers: Callable[[], Mapping[str, Gripper]]
     ) -> None:
         self._root = root
         self._watch = WorldWatch(simulation.world, simulation.vacuum_grippers.values(), fingers)

@@ -63,12 +63,8 @@ class ArmSim:
     """
 
     def __init__(
-        self,
-        robot: str | Path | Cell = 'sunday',
-        *,
-        seed: int = 0,
-        world: str | Path | None = None,
-        overrides: Mapping[str, object] | None = None,
+        self, robot: str | Path | Cell = 'sunday', *, seed: int = 0,
+        world: str | Path | None = None, overrides: Mapping[str, object] | None = None
     ) -> None:
         self.seed = seed
         if not isinstance(robot, Cell):
@@ -182,8 +178,7 @@ class ArmSim:
         while not condition():
             if self.simulation.time_ns >= deadline:
                 raise SimulationError(
-                    f'the condition was not met within {timeout:g} s of simulated time'
-                )
+                    f'the condition was not met within {timeout:g} s of simulated time')
             self.step()
 
     def plan(
@@ -204,12 +199,9 @@ class ArmSim:
 
         group = group or next(iter(self.model.semantic.groups), '')
         request = MotionPlanRequest(
-            group_name=group,
-            goal_constraints=(self._constraints(goal, group),),
-            allowed_planning_time=allowed_time,
-            max_velocity_scaling_factor=velocity,
-            seed=self.seed,
-        )
+            group_name=group, goal_constraints=(self._constraints(goal, group),),
+            allowed_planning_time=allowed_time, max_velocity_scaling_factor=velocity,
+            seed=self.seed)
         self.scene.set_positions(self.joint_positions)
         self._follow_world()
         response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
@@ -246,17 +238,14 @@ class ArmSim:
         execution = self.settings.trajectory_execution
         allowed = (
             trajectory.duration * execution.allowed_execution_duration_scaling
-            + execution.allowed_goal_duration_margin
-        )
+            + execution.allowed_goal_duration_margin)
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
-            lambda: all(part.goal.done for part in sent),
-        )
+            lambda: all(part.goal.done for part in sent))
         for part in sent:
             if not part.goal.done:
                 raise SimulationError(
-                    f'the trajectory did not end within {allowed:g} s of simulated time'
-                )
+                    f'the trajectory did not end within {allowed:g} s of simulated time')
             if not part.succeeded:
                 raise ControllerError(
                     f'the trajectory was {part.goal.status.name.lower()}: {part.failure}')
@@ -350,9 +339,7 @@ class ArmSim:
         return MotionPlanner(
             self.scene,
             settings=settings_from_config(
-                settings.planning_parameters, settings.ompl, settings.kinematics
-            ),
-        )
+                settings.planning_parameters, settings.ompl, settings.kinematics))
 
     @cached_property
     def _world_in_scene(self) -> WorldInScene:
@@ -391,7 +378,5 @@ class ArmSim:
                 Problem(
                     f"group '{group}' has no named state '{name}'",
                     allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states)),
-                )
-            )
+                    remedy=nearest(name, tuple(states))))
         return states[name]

@@ -176,9 +176,7 @@ class _Merge:
     """The parts of a cell, and the problems found."""
 
     def __init__(self, own: RobotSettings, robots: Robots, problems: list[Problem]) -> None:
-        self._own = own
-        self._robots = robots
-        self._problems = problems
+        self._own, self._robots, self._problems = own, robots, problems
         #: Later ones win.
         self.all = (*robots.values(), own)
 

@@ -16,8 +16,7 @@ from armsim_ros.errors import ignored, Location, Problem, Severity
 #: The blocks of the neutral form; each is a field of RobotSettings.
 SECTIONS = (
     'controller_manager', 'controllers', 'spawn', 'joint_limits', 'kinematics', 'ompl',
-    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo',
-)
+    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo')
 
 
 def empty_node(where: Location | None = None) -> YamlNode:

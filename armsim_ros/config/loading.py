@@ -138,8 +138,7 @@ def survey_files(
         octomap=octomap,
         world=world_settings,
         remarks=tuple(draft.problems),
-        **values,
-    )
+        **values)
     source = empty_node().with_value({name: draft.section(name) for name in SECTIONS})
     return settings.with_source(source, files.packages)
 

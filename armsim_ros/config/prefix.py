@@ -34,8 +34,7 @@ _NAMES = (
     'ft_sensor.name', 'ft_sensor.frame.id', 'control.frame.id', 'fixed_world_frame.frame.id',
     'gravity_compensation.frame.id', 'kinematics.base', 'kinematics.tip',
     'end_effector_frame', 'base_frame', 'ft_sensor.frame', 'robot_base_link', 'end_effector_link',
-    'ft_sensor_ref_link', 'compliance_ref_link',
-)
+    'ft_sensor_ref_link', 'compliance_ref_link')
 #: Keys that hold ``joint/interface``.
 _JOINT_INTERFACES = ('max_effort_interface', 'max_velocity_interface')
 

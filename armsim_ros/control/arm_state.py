@@ -164,7 +164,8 @@ class ArmState:
         self.slider = 1.0
         #: Whether forces from outside move the arm.
         self.freedrive = False
-        self._pace = self._target_pace
+        self.pace = self._target_pace
+        """What trajectories feel of slider, pauses and stops, 0 to 1."""
         self._ramps, self._ramp_ns = False, NEVER_NS
         self.signals.reset()
         self.changed = self.busy = bool(self.obstacle)
@@ -192,11 +193,6 @@ class ArmState:
         return 'the arm is in freedrive' if self.freedrive else ''
 
     @property
-    def pace(self) -> float:
-        """What trajectories feel of slider, pauses and stops, 0 to 1."""
-        return self._pace
-
-    @property
     def _target_pace(self) -> float:
         return self.slider if self.moves and self.program is Program.PLAYING else 0.0
 
@@ -209,10 +205,10 @@ class ArmState:
         if self._ramps and target > 0.0:
             if self._ramp_ns == NEVER_NS:
                 self._ramp_ns = time_ns
-            self._pace = min(target, (time_ns - self._ramp_ns) * 1e-9 / RAMP)
-            self._ramps = self._pace < target
+            self.pace = min(target, (time_ns - self._ramp_ns) * 1e-9 / RAMP)
+            self._ramps = self.pace < target
         else:
-            self._pace = target
+            self.pace = target
         self.busy = self._due_ns != NEVER_NS or (self._ramps and target > 0.0)
 
     def set_slider(self, fraction: float) -> str:

@@ -199,10 +199,7 @@ class Controller(ABC, Generic[ParametersT]):
         parameters: ParametersT,
         context: ControllerContext,
     ) -> None:
-        self.name = name
-        self.type = type
-        self.parameters = parameters
-        self.context = context
+        self.name, self.type, self.parameters, self.context = name, type, parameters, context
         self.state = LifecycleState.UNCONFIGURED
         self.events = EventQueue(name)
         self.time_ns = 0

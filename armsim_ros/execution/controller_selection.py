@@ -38,8 +38,7 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
                 MoveItErrorCode.CONTROL_FAILED,
                 f"the trajectory names joint '{name}', which robot '{robot.name}' lacks; "
                 f'{nearest(name, robot.active_joints) or ", ".join(robot.active_joints)}',
-                _SOURCE,
-            )
+                _SOURCE)
     passive = robot.semantic.passive_joints
     found = tuple(
         name for name in names
@@ -91,8 +90,7 @@ def select_controllers(
         'Unable to identify any set of controllers that can actuate the specified joints: '
         f'[ {" ".join(sorted(requested))} ]\nKnown controllers and their joints:\n'
         f'{_listing(usable)}\n{remedy}',
-        _SOURCE,
-    )
+        _SOURCE)
 
 
 def _best(
@@ -117,8 +115,7 @@ def _named(
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 f"controller '{name}' is not known; {nearest(name, list(known))} known: "
-                f'{", ".join(known) or "none"}', _SOURCE,
-            )
+                f'{", ".join(known) or "none"}', _SOURCE)
     return [known[name] for name in dict.fromkeys(names or sorted(known))]
 
 
@@ -326,8 +323,7 @@ def gripper_target(part: JointTrajectory, controller: MoveItControllerSettings) 
     effort = part.effort[-1, columns[-1]] if part.effort is not None else np.nan
     return GripperTarget(
         part.joint_names[columns[0]], sum(_last(part, column) for column in columns),
-        None if np.isnan(effort) else float(effort), assumed=not found,
-    )
+        None if np.isnan(effort) else float(effort), assumed=not found)
 
 
 def parallel_gripper_target(

@@ -143,8 +143,7 @@ class ManagedControllers:
 
 
 def controllers_to_switch(
-    needed: Sequence[str], controllers: Sequence[MoveItControllerSettings],
-    active: Collection[str]
+    needed: Sequence[str], controllers: Sequence[MoveItControllerSettings], active: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """
     Return the controllers to activate and to deactivate before a trajectory is sent.

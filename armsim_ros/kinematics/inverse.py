@@ -58,29 +58,19 @@ class InverseKinematics:
     """
 
     def __init__(
-        self,
-        kinematics: KinematicModel,
-        group: str,
-        *,
-        position_only: bool = False,
-        max_starts: int = 60,
-        max_iterations: int = 100,
-        position_tolerance: float = 1e-6,
-        orientation_tolerance: float = 1e-6,
-        table_size: int = 1000,
+        self, kinematics: KinematicModel, group: str, *, position_only: bool = False,
+        max_starts: int = 60, max_iterations: int = 100, position_tolerance: float = 1e-6,
+        orientation_tolerance: float = 1e-6, table_size: int = 1000
     ) -> None:
         """Keep the settings; tables are made at the first need."""
-        self.kinematics = kinematics
-        self.group = group
+        self.kinematics, self.group = kinematics, group
         self._indices = kinematics.group_indices(group)
         self._moved = kinematics.moved_links(group)
         self._variables_of: dict[tuple[str, ...], Indices] = {}
-        self._position_only = position_only
-        self._max_starts = max_starts
+        self._position_only, self._max_starts = position_only, max_starts
         self._table_size = table_size
         self._convergence = Convergence(
-            position_tolerance, orientation_tolerance, max_iterations
-        )
+            position_tolerance, orientation_tolerance, max_iterations)
 
     def prepare(self, targets: Sequence[IKTarget]) -> None:
         """Make the tables for these targets; otherwise a first search spends its time on them."""
@@ -118,8 +108,7 @@ class InverseKinematics:
                 if options.is_valid is None or options.is_valid(solution):
                     return IKResult(
                         solution, None, '', descent.position_error, descent.orientation_error,
-                        search.rejected,
-                    )
+                        search.rejected)
                 search.rejected += 1
             yield
         return search.result(self.group, targets)
@@ -186,8 +175,7 @@ class InverseKinematics:
                     f"group '{self.group}' does not move link '{target.link}'; it moves "
                     f'{", ".join(sorted(self._moved)) or "nothing"}',
                     math.inf,
-                    math.inf,
-                )
+                    math.inf)
         return None
 
     def _free_orientation(self, target: IKTarget) -> bool:
@@ -217,11 +205,7 @@ class InverseKinematics:
         return found
 
     def _starts(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        search: SearchRecord,
-        options: IKOptions,
+        self, targets: Sequence[IKTarget], seed: Vector, search: SearchRecord, options: IKOptions
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
         variables = self._variables(targets)
@@ -234,8 +218,7 @@ class InverseKinematics:
         free = any(self._free_orientation(target) for target in targets)
         used = 0
         best = table.best_first(
-            wanted, seed, min(limit, self._max_starts), position_only=free
-        )
+            wanted, seed, min(limit, self._max_starts), position_only=free)
         for start in best:
             if search.late():
                 return
@@ -250,16 +233,14 @@ class InverseKinematics:
     def _table(self, links: tuple[str, ...]) -> StartTable:
         key = ('start table', self.group, links, self._table_size)
         table: StartTable = self.kinematics.cached(
-            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size)
-        )
+            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size))
         return table
 
     def _unwind(self, q: Vector, seed: Vector) -> Vector:
         """Return q with every full turn removed that leads away from the seed."""
         kinematics = self.kinematics
         turns = kinematics.cached(
-            ('turning variables', self.group), lambda: _turning(kinematics, self._indices)
-        )
+            ('turning variables', self.group), lambda: _turning(kinematics, self._indices))
         if not len(turns):
             return q
         values = q[turns]
@@ -305,8 +286,7 @@ class StartTable:
     def __init__(
         self, kinematics: KinematicModel, group: str, links: tuple[str, ...], size: int
     ) -> None:
-        self._kinematics = kinematics
-        self._links = links
+        self._kinematics, self._links = kinematics, links
         self._base = base_link(kinematics, group)
         indices = kinematics.group_indices(group)
         self.low, self.high = sampling_range(kinematics.lower[indices], kinematics.upper[indices])

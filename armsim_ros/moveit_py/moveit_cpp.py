@@ -114,10 +114,8 @@ class MoveItCpp:
         self.execution = TrajectoryExecutionManager(context)
         self.octomap = OctomapMonitor(context, octomap_settings(context))
         self._kept += [
-            MonitoredPlanningScene(context),
-            TrajectoryExecutionEvent(context, self.execution),
-            Transforms(context),
-        ]
+            MonitoredPlanningScene(context), TrajectoryExecutionEvent(context, self.execution),
+            Transforms(context)]
         if provide_planning_service:
             self._kept.append(GetPlanningScene(context))
         self._scene_topics: list[Any] = []

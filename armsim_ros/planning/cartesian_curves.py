@@ -140,8 +140,7 @@ class Arc(Curve):
         axis = normal / size
         start, end = first[:3, 3] - center, last[:3, 3] - center
         sweep = math.atan2(float(axis @ np.cross(start, end)), float(start @ end)) % (
-            2.0 * math.pi
-        )
+            2.0 * math.pi)
         return cls(first, last, center, axis, sweep)
 
 

@@ -55,10 +55,7 @@ class CartesianPath:
         self, follower: CurveFollower, validity: StateValidity, start: Vector, total: int,
         step: float,
     ) -> None:
-        self._follower = follower
-        self._validity = validity
-        self._total = total
-        self._step = step
+        self._follower, self._validity, self._total, self._step = follower, validity, total, step
         self._from_free = validity.free(start)
         #: (m,) each; the first is the start.
         self.states = [start]
@@ -153,8 +150,7 @@ def plan_cartesian(
         if not request.max_step > 1e-9 or not np.isfinite(request.max_step):
             raise PlanningError(
                 MoveItErrorCode.FAILURE,
-                f'max_step is {request.max_step:g}; give a distance above 0, e.g. 0.01', _SOURCE,
-            )
+                f'max_step is {request.max_step:g}; give a distance above 0, e.g. 0.01', _SOURCE)
         if not request.waypoints:
             return CartesianResponse(MoveItErrorCode.SUCCESS)
         present, scene = scene, context.started(scene, request.start_state)
@@ -162,22 +158,19 @@ def plan_cartesian(
         on_path = ConstraintSet(request.path_constraints, scene, context.log)
         with context.polled(poll):
             validity = context.validity(
-                scene, request.group_name, on_path, request.avoid_collisions
-            )
+                scene, request.group_name, on_path, request.avoid_collisions)
         path = _followed(context, request, present, scene, validity)
         trajectory = _timed(context, request, validity, path)
     except PlanningError as error:
         context.log.error(f'{_SOURCE}: {error}')
         return CartesianResponse(
-            MoveItErrorCode(error.code), str(error), error.source or _SOURCE, start=start
-        )
+            MoveItErrorCode(error.code), str(error), error.source or _SOURCE, start=start)
     if path.reason:
         context.log.info(f'{_SOURCE}: {path.fraction:.1%} of the path: {path.reason}')
     reason = '; '.join(filter(None, (path.reason, scene.refused)))
     return CartesianResponse(
         MoveItErrorCode.SUCCESS, reason, _SOURCE if reason else '', trajectory,
-        path.fraction, start,
-    )
+        path.fraction, start)
 
 
 def _followed(
@@ -195,8 +188,7 @@ def _followed(
     if not all(map(is_place, request.waypoints)):
         raise PlanningError(
             MoveItErrorCode.FAILURE, 'a waypoint has a number that is not finite or too large',
-            _SOURCE,
-        )
+            _SOURCE)
     frame = Frame(*found)
     relative = request.frame_id == name
     waypoints = request.waypoints
@@ -226,8 +218,7 @@ def _step(context: PlanningContext, step: float, moves: Sequence[Line]) -> float
         return step
     context.log.warning(
         f'{_SOURCE}: max_step {step:g} m would make more than {MOST_STATES} states; '
-        f'using {length / MOST_STATES:.4g} m, the path is as precise'
-    )
+        f'using {length / MOST_STATES:.4g} m, the path is as precise')
     return length / MOST_STATES
 
 
@@ -243,8 +234,7 @@ def _timed(
     if validity.free(waypoints[0]) and validity.within_limits(waypoints[0]):
         motion = time_waypoints(
             waypoints, validity, limits, speed_limit, context.settings.fine_step,
-            max_deviation=MAX_DEVIATION,
-        )
+            max_deviation=MAX_DEVIATION)
     else:
         deviation = np.full(len(waypoints) - 2, MAX_DEVIATION)
         motion = time_path(BlendedPath(waypoints, deviation), limits, speed_limit)

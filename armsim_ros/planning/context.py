@@ -89,16 +89,14 @@ def settings_from_config(
         strict_start_state=parameters.strict_start_state,
         cartesian_limits=parameters.cartesian_limits,
         request_adapters=frozenset(
-            adapter.rpartition('/')[2] for adapter in pipeline.request_adapters or ()
-        ),
+            adapter.rpartition('/')[2] for adapter in pipeline.request_adapters or ()),
         jiggle_fraction=pipeline.jiggle_fraction,
         max_sampling_attempts=pipeline.max_sampling_attempts,
         path_tolerance=pipeline.path_tolerance,
         seed=pipeline.planning_seed,
         solver_groups=frozenset(
             name for name, each in kinematics.items() if each.kinematics_solver),
-        ik_timeouts=timeouts,
-    )
+        ik_timeouts=timeouts)
 
 
 def _planner_configs(pipeline: OmplSettings) -> dict[str, dict[str, Any]]:
@@ -156,8 +154,7 @@ class PlanningContext:
         """Return the inverse kinematics of a group."""
         if group not in self._inverse:
             self._inverse[group] = InverseKinematics(
-                self.model, group, position_only=group in self.settings.position_only_ik
-            )
+                self.model, group, position_only=group in self.settings.position_only_ik)
         return self._inverse[group]
 
     def prepare(self) -> None:
@@ -188,8 +185,7 @@ class PlanningContext:
         """Return the validity of a group's states in a scene; it holds until the next call."""
         self.checker.use(scene)
         return StateValidity(
-            self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._poll
-        )
+            self.checker, self.model, group, scene.q, on_path, avoid_collisions, self._poll)
 
     def solver_tip(self, group: str) -> str | None:
         """

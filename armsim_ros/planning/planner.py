@@ -127,12 +127,10 @@ class MotionPlanner:
                     MoveItErrorCode(error.code), '; '.join(filter(None, (str(error), refused))),
                     source, JointTrajectory(()),
                     positions, request.group_name, clock() - began,
-                    contacts=tuple(item for item in error.contacts if isinstance(item, Contact)),
-                )
+                    contacts=tuple(item for item in error.contacts if isinstance(item, Contact)))
             return MotionPlanResponse(
                 MoveItErrorCode.SUCCESS, refused, 'planning scene' if refused else '', trajectory,
-                positions, request.group_name, max(clock() - began, 1e-9), length,
-            )
+                positions, request.group_name, max(clock() - began, 1e-9), length)
 
     def plan_sequence(
         self, items: Sequence[SequenceItem], scene: PlanningScene, *,
@@ -150,23 +148,20 @@ class MotionPlanner:
         try:
             requests, answers = plan_items(
                 items, pipeline or items[0].request.pipeline_id,
-                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled),
-            )
+                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled))
             with self._request() as context:
                 runs = join(context, items, requests, answers, scene)
         except PlanningError as error:
             source = error.source or SEQUENCE
             self._report(source, error)
             return SequenceResponse(
-                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began
-            )
+                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began)
         return SequenceResponse(
             message=answers[0].message, source=answers[0].source,
             trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
             requests=tuple(run.request for run in runs),
             start=answers[0].trajectory_start,
-            planning_time=max(clock() - began, 1e-9), plans=answers,
-        )
+            planning_time=max(clock() - began, 1e-9), plans=answers)
 
     def cartesian_path(
         self, request: CartesianRequest, scene: PlanningScene, *,
@@ -238,5 +233,4 @@ class MotionPlanner:
                 and ConstraintSet(
                     merged(goal, request.path_constraints, context.log), scene, context.log,
                 ).satisfied(scene.q)
-                for goal in request.goal_constraints
-            )
+                for goal in request.goal_constraints)

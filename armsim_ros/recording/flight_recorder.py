@@ -84,8 +84,7 @@ class FlightRecorder:
         self.samples: deque[Sample] = deque(maxlen=max(1, round(seconds * rate)))
         self.goals: deque[GoalRecord] = deque(maxlen=100)
         self.start_ns = simulation.time_ns
-        self._simulation = simulation
-        self._managers = managers
+        self._simulation, self._managers = simulation, managers
         self._generation: tuple[int, ...] = ()
         self._controllers: dict[str, JointTrajectoryController] = {}
         self._last_goals: dict[str, TrajectoryGoal] = {}
@@ -115,8 +114,7 @@ class FlightRecorder:
                 self.goals.append(GoalRecord(now_ns, name, goal))
         self.samples.append(Sample(
             now_ns, state.position.copy(), state.velocity.copy(), state.effort.copy(),
-            self._body_names, positions, quaternions, *simulation.touching(), snapshots,
-        ))
+            self._body_names, positions, quaternions, *simulation.touching(), snapshots))
 
     def frozen(self) -> FlightRecorder:
         """Return a copy that stays as the ring is now; in the thread that moves time."""

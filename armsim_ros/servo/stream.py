@@ -83,9 +83,7 @@ class ServoStream:
         proximity: Proximity
     ) -> None:
         """Start idle."""
-        self.target = target
-        self.bounds = bounds
-        self._smoothing = smoothing
+        self.target, self.bounds, self._smoothing = target, bounds, smoothing
         self._proximity = proximity
         self._way_out = WayOut(target, bounds, proximity)
         self.streaming = False
@@ -193,8 +191,7 @@ class ServoStream:
         all_halt = (
             parameters.halt_all_joints_in_cartesian_mode
             if cartesian
-            else parameters.halt_all_joints_in_joint_mode
-        )
+            else parameters.halt_all_joints_in_joint_mode)
         velocity, finding = self.bounds.limit_position(
             self._position, velocity, parameters.publish_period, all_halt=all_halt)
         if finding is not None:
@@ -219,8 +216,7 @@ class ServoStream:
         share = max(self._factor, 0.05)
         ahead = q.copy()
         ahead[self.target.indices] += (
-            coasting + share * velocity * period * (2 + self._cycles_to_look)
-        )
+            coasting + share * velocity * period * (2 + self._cycles_to_look))
         self._factor, self._collision = self._proximity.factor(q, self.target.complete(ahead))
         return self._factor
 
@@ -266,9 +262,7 @@ class WayOut:
 
     def __init__(self, target: TargetVelocity, bounds: JointBounds, proximity: Proximity) -> None:
         """Know no direction yet."""
-        self._target = target
-        self._bounds = bounds
-        self._proximity = proximity
+        self._target, self._bounds, self._proximity = target, bounds, proximity
         self.forget()
 
     def forget(self) -> None:

@@ -89,8 +89,7 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         self._driven_views = None
         if isinstance(self._active, slice):
             self._driven_views = (
-                _part(self.command, self._active), _part(self.feedforward, self._active)
-            )
+                _part(self.command, self._active), _part(self.feedforward, self._active))
         self._plant = Plant(
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
@@ -147,12 +146,8 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; a line each."""
         return (
-            *self._world_lines,
-            *self._effort_lines,
-            *self._plant.spec.warnings,
-            *self._servo.stiffness_warnings(),
-            *self._overlaps,
-        )
+            *self._world_lines, *self._effort_lines, *self._plant.spec.warnings,
+            *self._servo.stiffness_warnings(), *self._overlaps)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """

@@ -29,9 +29,7 @@ class VacuumControl:
     def __init__(
         self, loop: ControlLoop, gripper: VacuumGripper, changed: Callable[[], object]
     ) -> None:
-        self.gripper = gripper
-        self._loop = loop
-        self._changed = changed
+        self.gripper, self._loop, self._changed = gripper, loop, changed
         self._watched = False
         self._last = ''
 

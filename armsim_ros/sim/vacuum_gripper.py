@@ -52,15 +52,11 @@ class VacuumGripper(Restorable):
         self.losses: deque[str] = deque(maxlen=KEPT_LOSSES)
         """A line for each object that was torn off, until it is taken."""
         self._plant, self._world = plant, world
-        self._held = self._pulled = ''
+        self.held = self._pulled = ''
+        """Name of the object that is held, '' for none."""
         self._over_ns = 0
         self._offset = np.array(settings.xyz)
         self._axis = np.array(settings.axis) / np.linalg.norm(settings.axis)
-
-    @property
-    def held(self) -> str:
-        """Name of the object that is held, '' for none."""
-        return self._held
 
     def switch_on(self) -> None:
         """Begin to pull."""
@@ -74,10 +70,10 @@ class VacuumGripper(Restorable):
     def release(self) -> None:
         """Let go of what is held or pulled."""
         self._stop_pulling()
-        if self._held in self._world.objects:
-            self._plant.data.eq_active[self._weld(self._held)] = 0
+        if self.held in self._world.objects:
+            self._plant.data.eq_active[self._weld(self.held)] = 0
             self._plant.wake()
-        self._held, self._over_ns = '', 0
+        self.held, self._over_ns = '', 0
 
     def look(self, elapsed_ns: int = LOOK_NS) -> None:
         """
@@ -85,9 +81,9 @@ class VacuumGripper(Restorable):
 
         :param elapsed_ns: simulated time since the last call [ns].
         """
-        if self._held and self._held not in self._world.objects:
-            self._held = ''
-        if self._held:
+        if self.held and self.held not in self._world.objects:
+            self.held = ''
+        if self.held:
             self._check_load(elapsed_ns)
         elif self.on:
             self._search()
@@ -160,7 +156,7 @@ class VacuumGripper(Restorable):
         values[:3], values[3:6], values[6:10], values[10] = 0.0, relative_xyz, relative_quat, 1.0
         data.eq_active[weld] = 1
         self._plant.wake()
-        self._held, self._over_ns = name, 0
+        self.held, self._over_ns = name, 0
 
     def _check_load(self, elapsed_ns: int) -> None:
         force, moment = self._load()
@@ -170,7 +166,7 @@ class VacuumGripper(Restorable):
         self._over_ns += elapsed_ns
         if self._over_ns < TEAR_NS:
             return
-        held = self._held
+        held = self.held
         self.switch_off()
         self.losses.append(
             f"gripper '{self.name}' lost '{held}' at {self._plant.data.time:.3f} s: {force:.1f} N "
@@ -185,10 +181,10 @@ class VacuumGripper(Restorable):
         the object does not count as a load.
         """
         model, data = self._plant.model, self._plant.data
-        body = int(model.body(object_body_name(self._held)).id)
+        body = int(model.body(object_body_name(self.held)).id)
         rows = np.flatnonzero(
             (data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY))
-            & (data.efc_id == self._weld(self._held))).tolist()
+            & (data.efc_id == self._weld(self.held))).tolist()
         if not rows:
             return 0.0, 0.0
         elliptic = model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC

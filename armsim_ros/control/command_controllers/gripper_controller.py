@@ -51,9 +51,7 @@ class GripperGoal(ActionGoal[GripperResult]):
 
     def __init__(self, position: float, effort: float, velocity: float = 0.0) -> None:
         super().__init__()
-        self.position = position
-        self.effort = effort
-        self.velocity = velocity
+        self.position, self.effort, self.velocity = position, effort, velocity
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,8 +355,7 @@ class ParallelGripperController(GripperBase[ParallelGripperActionControllerParam
         step = self._fastest * period
         left = self._target - self._reference
         self._reference = (
-            self._target if abs(left) <= step else self._reference + math.copysign(step, left)
-        )
+            self._target if abs(left) <= step else self._reference + math.copysign(step, left))
         hardware.command.position[i] = self._reference
 
     def _release(self) -> None:

@@ -78,8 +78,7 @@ class ControllerManager:
         model: RobotModel | None = None,
         arm: Callable[[EventQueue, Callable[[], object]], ArmState] = any_arm
     ) -> None:
-        self.parameters = parameters
-        self.hardware = hardware
+        self.parameters, self.hardware = parameters, hardware
         self.controllers: dict[str, Controller[Any]] = {}
         self.refusals: list[str] = []
         """Why controllers that should run from the start do not."""

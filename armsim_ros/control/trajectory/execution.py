@@ -95,8 +95,7 @@ class TrajectoryExecution:
         self.begin_ns = 0
         self._goal_taken_ns = 0
         self._computed = tuple(computed)
-        self._brakes = brakes
-        self._events = events
+        self._brakes, self._events = brakes, events
         self._monitor = self._new_monitor(SegmentTolerances.of(parameters))
         self._late_checks = Rate(LATE_CHECKS, aligned=True)
 

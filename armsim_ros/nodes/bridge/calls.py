@@ -100,8 +100,7 @@ class Goals:
     """
 
     def __init__(self, link: BridgeLink, cancel_on_disconnect: bool) -> None:
-        self._link = link
-        self._cancel_on_disconnect = cancel_on_disconnect
+        self._link, self._cancel_on_disconnect = link, cancel_on_disconnect
         self._goals: set[Goal] = set()
         self._tasks: set[asyncio.Task[None]] = set()
 

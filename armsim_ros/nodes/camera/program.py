@@ -47,8 +47,7 @@ class CameraProgram:
     """
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
-        self._arguments = arguments
-        self._stop_wanted = stop_wanted
+        self._arguments, self._stop_wanted = arguments, stop_wanted
         self._source = PictureSource(arguments.ros_args)
         self._topics: list[CameraTopics] = []
         self._asked: set[int] = set()

@@ -79,8 +79,7 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
     'move_group/MoveGroupKinematicsService': lambda parts: (
         ComputeIk(parts.context),
-        ComputeFk(parts.context),
-    ),
+        ComputeFk(parts.context)),
     'move_group/MoveGroupExecuteTrajectoryAction': lambda parts: (
         ExecuteTrajectory(parts.context, parts.execution),
     ),
@@ -89,15 +88,13 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
     'move_group/MoveGroupMoveAction': lambda parts: (
         MoveAction(parts.context, parts.job, parts.execution),
-        MoveAction(parts.context, parts.job, parts.execution, name=OLD_NAME),
-    ),
+        MoveAction(parts.context, parts.job, parts.execution, name=OLD_NAME)),
     'move_group/MoveGroupPlanService': lambda parts: (
         PlanKinematicPath(parts.context, parts.job),
     ),
     'move_group/MoveGroupQueryPlannersService': lambda parts: (
         QueryPlannerInterface(parts.context),
-        PlannerParams(parts.context),
-    ),
+        PlannerParams(parts.context)),
     'move_group/MoveGroupStateValidationService': lambda parts: (
         CheckStateValidity(parts.context),
     ),

@@ -191,15 +191,9 @@ class MoveGroupActionServer(ActionServer):
         execute: Callable[[ServerGoalHandle], Awaitable[Any]],
     ) -> None:
         super().__init__(  # type: ignore[no-untyped-call] # rclpy's
-            context.node,
-            kind,
-            name,
-            execute,
-            callback_group=context.group,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
-            result_timeout=RESULT_TIMEOUT,
-            **qos.ACTION_SERVICES,
-        )
+            context.node, kind, name, execute, callback_group=context.group,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT, result_timeout=RESULT_TIMEOUT,
+            **qos.ACTION_SERVICES)
         self._results = KeptResults(self, MOST_RESULTS)
 
     def end(self, goal: ServerGoalHandle, code: int) -> None:

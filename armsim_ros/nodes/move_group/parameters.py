@@ -71,8 +71,7 @@ class MoveGroupParameters:
             plan_execution=PlanExecution(
                 record_trajectory_state_frequency=planning.record_trajectory_state_frequency),
             planning_seed=context.planner.settings.seed,
-            monitor_dynamics=planning.monitor_dynamics,
-        )
+            monitor_dynamics=planning.monitor_dynamics)
         try:
             self._live = SettingsParameters(context.node, live, self._changed)
         except ValidationError as error:
@@ -125,11 +124,8 @@ _CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
 #: A launch argument of ROS 1 and the four parameters that it sets.
 _MONITORED = 'publish_monitored_planning_scene'
 _PUBLISHED = (
-    'publish_planning_scene',
-    'publish_geometry_updates',
-    'publish_state_updates',
-    'publish_transforms_updates',
-)
+    'publish_planning_scene', 'publish_geometry_updates', 'publish_state_updates',
+    'publish_transforms_updates')
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
 _DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
 

@@ -64,10 +64,7 @@ class CommandTopics:
         self, node: PollingNode, inbox: CommandInbox, parameters: ServoParameters,
         now_ns: Callable[[], int], frame_named: Callable[[str], None]
     ) -> None:
-        self._node = node
-        self._inbox = inbox
-        self._now_ns = now_ns
-        self._frame_named = frame_named
+        self._node, self._inbox, self._now_ns, self._frame_named = node, inbox, now_ns, frame_named
         self._warned = False
         self.subscriptions = {
             CommandType.TWIST: node.poll(
@@ -110,10 +107,7 @@ class CommandServices:
         self, node: PollingNode, inbox: CommandInbox, pause: Callable[[bool], None],
         chosen: Callable[[], None],
     ) -> None:
-        self._inbox = inbox
-        self._chosen = chosen
-        self._pause = pause
-        self._node = node
+        self._inbox, self._chosen, self._pause, self._node = inbox, chosen, pause, node
         self.paused = False
         node.create_service(ServoCommandType, '~/switch_command_type', self._switch)
         node.create_service(SetBool, '~/pause_servo', self._pause_or_go_on)
@@ -295,9 +289,7 @@ class SceneFollower:
     def __init__(
         self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool
     ) -> None:
-        self._node = node
-        self._scene = scene
-        self._serves = serves
+        self._node, self._scene, self._serves = node, scene, serves
         self._own: Any = None
         self._looks = 0
         self._following = False

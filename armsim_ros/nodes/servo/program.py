@@ -75,18 +75,13 @@ class ServoNode:
             serves=parameters.is_primary_planning_scene_monitor)
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
-            node=node,
-            clock=clock,
-            inbox=inbox,
+            node=node, clock=clock, inbox=inbox,
             commands=CommandTopics(node, inbox, parameters, clock.now_ns, self._frame_named),
             states=JointPositions(node, kinematics, topics, stream.target.names),
-            controller=controller,
-            stream=stream,
+            controller=controller, stream=stream,
             output=JointCommands(node, topic, stream.target.names, parameters),
-            status=StatusTopic(node, parameters.status_topic),
-            parameters=parameters,
-            ready=lambda: node.get_logger().info(READY),
-        )
+            status=StatusTopic(node, parameters.status_topic), parameters=parameters,
+            ready=lambda: node.get_logger().info(READY))
         self._services = CommandServices(
             node, inbox, self._streaming.pause, controller.follow_state)
         self._kinematics = kinematics

@@ -157,8 +157,7 @@ class Streaming:
             self._is_ready
             and not self.stream.streaming
             and self.inbox.silent
-            and not self.status.heard
-        )
+            and not self.status.heard)
 
     def _cycle(self) -> None:
         if not self._is_ready:

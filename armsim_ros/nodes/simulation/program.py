@@ -104,8 +104,7 @@ class SimulationProgram:
                 spin_ns=round(pace.spin * 1e9),
                 catch_up_ns=(round(pace.catch_up * 1e9)
                              if settings.controller_manager.overruns.manage else _ALL),
-                catch_up_at_start_ns=_LONGEST_START_NS,
-            ),
+                catch_up_at_start_ns=_LONGEST_START_NS),
             priority=pace.priority)
         self._loop.on_handed_over = self._dispatcher.wake
         self._octomap: OctomapWait | None = None

@@ -40,8 +40,7 @@ class JointTransforms:
     """
 
     def __init__(self, robot: RobotModel, log: Log) -> None:
-        self.robot = robot
-        self._log = log
+        self.robot, self._log = robot, log
         self._mimics = sorted(
             (name, joint.mimic) for name, joint in robot.joints.items() if joint.mimic is not None)
         #: Joint -> stamp of its last message that was published [ns].
@@ -181,8 +180,7 @@ def _product(left: Matrix, right: Matrix) -> Matrix:
     vector = (
         left[:, 3:] * right[:, :3]
         + right[:, 3:] * left[:, :3]
-        + np.cross(left[:, :3], right[:, :3])
-    )
+        + np.cross(left[:, :3], right[:, :3]))
     scalar = left[:, 3] * right[:, 3] - np.einsum('ij,ij->i', left[:, :3], right[:, :3])
     return np.column_stack([vector, scalar])
 

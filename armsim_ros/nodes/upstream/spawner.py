@@ -56,8 +56,7 @@ class ManagerClient(ControllerManagerClient):
     ) -> None:
         namespace = (namespace or client.node.get_namespace()).rstrip('/')
         self.name = manager if manager.startswith('/') else f'{namespace}/{manager}'
-        self._ros = client
-        self._call_timeout = call_timeout
+        self._ros, self._call_timeout = client, call_timeout
         super().__init__(self, self.name)
 
     @property

@@ -45,8 +45,7 @@ class ArmNodes:
         node: Node, new_node: Callable[[str], Node]
     ) -> None:
         self.robot, self.manager, self.loop, self.node = robot, manager, loop, node
-        self.new_node = new_node
-        self.dispatcher = dispatcher
+        self.new_node, self.dispatcher = new_node, dispatcher
         self._work = Work(node, loop, dispatcher)
         self._group = ReentrantCallbackGroup()
         self._waiting: list[tuple[Callable[[], bool], Future]] = []

@@ -135,8 +135,7 @@ class ParameterServices:
              self._set_collision_behavior),
             (SetFullCollisionBehavior, 'set_full_collision_behavior',
              self._set_collision_behavior),
-            (SetLoad, 'set_load', self._set_load),
-        )
+            (SetLoad, 'set_load', self._set_load))
         for kind, name, function in services:
             nodes.service(node, kind, f'~/{name}', partial(self._answer, function))
 

@@ -62,8 +62,7 @@ class IoAndStatus:
             (SetPayload, 'set_payload', self._set_payload),
             (Trigger, 'resend_robot_program', self._resend_robot_program),
             (Trigger, 'hand_back_control', self._hand_back_control),
-            (Trigger, 'zero_ftsensor', self._zero_ftsensor),
-        )
+            (Trigger, 'zero_ftsensor', self._zero_ftsensor))
 
         def offer() -> None:
             for kind, name, function in services:

@@ -61,7 +61,8 @@ class OccupancyMap:
     ) -> None:
         self.resolution = resolution
         self._numbers = np.zeros(0, dtype=np.int64) if numbers is None else numbers
-        self._log_odds = np.zeros(0, dtype=np.float32) if log_odds is None else log_odds
+        self.log_odds = np.zeros(0, dtype=np.float32) if log_odds is None else log_odds
+        """Log odds (k,) of occupancy."""
 
     @property
     def keys(self) -> Integers:
@@ -69,20 +70,15 @@ class OccupancyMap:
         return unpacked(self._numbers)
 
     @property
-    def log_odds(self) -> Floats:
-        """Log odds (k,) of occupancy."""
-        return self._log_odds
-
-    @property
     def occupied(self) -> Integers:
         """Numbers of the occupied cells (k, 3)."""
-        return unpacked(self._numbers[self._log_odds >= 0.0])
+        return unpacked(self._numbers[self.log_odds >= 0.0])
 
     def octomap(self, pose: Matrix) -> Octomap | None:
         """Return the map at a pose (4, 4) in the model frame; None where nothing is known."""
         if not len(self._numbers):
             return None
-        return octomap_from_cells(self.keys, self._log_odds, self.resolution, pose)
+        return octomap_from_cells(self.keys, self.log_odds, self.resolution, pose)
 
     # ---------------------------------------------------------------- changes
 
@@ -135,7 +131,7 @@ class OccupancyMap:
         sensor = measurement.sensor
         centres: Matrix = (self._centres(self._numbers) - sensor[:3, 3]) @ sensor[:3, :3]
         # At the lower clamp a miss changes nothing.
-        asked = np.flatnonzero(self._log_odds > LOWEST)
+        asked = np.flatnonzero(self.log_odds > LOWEST)
         crossed = np.zeros(len(centres), dtype=bool)
         if len(asked):
             rays = Rays(measurement.points, np.minimum(distances, measurement.max_range),
@@ -145,7 +141,7 @@ class OccupancyMap:
         return crossed
 
     def _changed(self, model: Integers, hit: Integers, crossed: Mask) -> OccupancyMap:
-        odds = self._log_odds.copy()
+        odds = self.log_odds.copy()
         at_model, new_model = self._found(model)
         at_hit, new_hit = self._found(hit)
         crossed = crossed.copy()
@@ -180,11 +176,11 @@ class OccupancyMap:
 
         :param bodies: in the frame of the map, grown by what a cell reaches out of its centre.
         """
-        which = np.flatnonzero(self._log_odds >= 0.0)
+        which = np.flatnonzero(self.log_odds >= 0.0)
         gone = which[inside_any(self._centres(self._numbers[which]), bodies)]
         if not len(gone):
             return self
-        odds = self._log_odds.copy()
+        odds = self.log_odds.copy()
         odds[gone] = LOWEST
         return OccupancyMap(self.resolution, self._numbers, odds)
 

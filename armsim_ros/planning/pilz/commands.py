@@ -83,8 +83,7 @@ def run_command(
         raise PlanningError(
             MoveItErrorCode.INVALID_MOTION_PLAN,
             f'{command} does not plan around obstacles: {fault}; give another goal, or plan with '
-            "pipeline 'ompl'", 'ValidateSolution', fault.contacts,
-        )
+            "pipeline 'ompl'", 'ValidateSolution', fault.contacts)
     return motion.trajectory(validity.joint_names), path_length(motion.positions)
 
 
@@ -112,8 +111,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'{name} is {value:g}; PTP, LIN and CIRC take a number above 0.0001, up to 1',
-                PIPELINE,
-            )
+                PIPELINE)
     start = request.start_state
     names = context.model.robot.semantic.groups[request.group_name].active_joints
     for name, velocity in zip(start.joint_names, start.velocities, strict=False):
@@ -121,8 +119,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
                 f"joint '{name}' has the velocity {velocity:g} in the start state; PTP, LIN and "
-                'CIRC start at rest', PIPELINE,
-            )
+                'CIRC start at rest', PIPELINE)
 
 
 def _point_to_point(
@@ -238,8 +235,7 @@ class CommandGoal:
     ) -> None:
         self._context = context
         self._group = request.group_name
-        self._present = present
-        self._scene = scene
+        self._present, self._scene = present, scene
         if len(request.goal_constraints) != 1:
             raise _error(f'the request has {len(request.goal_constraints)} goal constraints; PTP, '
                          'LIN and CIRC take exactly one')

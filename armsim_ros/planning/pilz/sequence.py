@@ -200,8 +200,7 @@ def _check_start_states(items: Sequence[SequenceItem]) -> None:
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
                 f"motion {number} gives a start state, but group '{group}' begins where an "
-                'earlier motion has ended; leave it empty', SOURCE,
-            )
+                'earlier motion has ended; leave it empty', SOURCE)
         groups.add(group)
 
 
@@ -210,8 +209,7 @@ def _start(given: StartState, reached: Mapping[str, float], first: StartState) -
     positions = {**reached, **dict(zip(given.joint_names, given.positions, strict=False))}
     return replace(
         given, joint_names=tuple(positions), positions=tuple(positions.values()), is_diff=True,
-        velocities=(), attached_objects=(*first.attached_objects, *given.attached_objects),
-    )
+        velocities=(), attached_objects=(*first.attached_objects, *given.attached_objects))
 
 
 def _usable_radii(context: PlanningContext, items: Sequence[SequenceItem]) -> list[float]:
@@ -271,8 +269,7 @@ class Blender:
 
     def __init__(self, context: PlanningContext, validity: StateValidity, tip: str) -> None:
         self._model = context.model
-        self._validity = validity
-        self._tip = tip
+        self._validity, self._tip = validity, tip
         self._sampler = JointSampler(
             context, validity, Frame(tip, np.eye(4)), BLEND, validity.poll)
 

@@ -48,8 +48,7 @@ class ControllerRun:
         self.name = handle.settings.name
         #: Whether the controller has refused the goal.
         self.rejected = False
-        self._controller = handle
-        self._changed = changed
+        self._controller, self._changed = handle, changed
         self._handle: Any = None
         self._result: Future | None = None
         self._cancelling = False
@@ -132,9 +131,7 @@ class ControllerHandle(ABC):
     def __init__(
         self, node: Node, settings: MoveItControllerSettings, changed: Callable[[], None]
     ) -> None:
-        self.settings = settings
-        self._node = node
-        self._changed = changed
+        self.settings, self._node, self._changed = settings, node, changed
         self._reasons: Subscription | None = None
         self._reason = ''
         self._client = ActionClient(

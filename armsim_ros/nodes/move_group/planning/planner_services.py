@@ -29,8 +29,7 @@ from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 #: The adapters of MoveIt's own configuration, which count where the user lists none.
 REQUEST_ADAPTERS = (
     'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-    'CheckStartStateCollision',
-)
+    'CheckStartStateCollision')
 RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
 PILZ_RESPONSE_ADAPTERS = RESPONSE_ADAPTERS[1:]
 
@@ -119,8 +118,7 @@ class QueryPlannerInterface:
                 name=NAMES.get(pipeline, pipeline),
                 pipeline_id=pipeline,
                 planner_ids=list(
-                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)),
-            )
+                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)))
             for pipeline in settings.pipelines]
 
 
@@ -180,8 +178,7 @@ class DisplayPlannedPath:
     """
 
     def __init__(self, node: Node, model_id: str, settings: OmplSettings) -> None:
-        self._model_id = model_id
-        self._settings = settings
+        self._model_id, self._settings = model_id, settings
         self._publishers = {
             topic: node.create_publisher(DisplayTrajectory, topic, 10)
             for topic in {TOPIC, settings.display_path_topic}}

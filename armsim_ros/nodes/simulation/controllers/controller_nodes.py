@@ -85,9 +85,7 @@ class ControllerNode:
         self, controller: Controller[Any], node: ToldNode, dispatcher: Dispatcher
     ) -> None:
         """Parameters are declared later, by ``declare_parameters``."""
-        self.controller = controller
-        self.node = node
-        self.dispatcher = dispatcher
+        self.controller, self.node, self.dispatcher = controller, node, dispatcher
         self.opened = False
         self._parameters: SettingsParameters[Any] | None = None
 
@@ -290,8 +288,7 @@ _TOPICS: tuple[tuple[type[Controller[Any]], Callable[[Node, Any], Any]], ...] = 
     (ComplianceController, ComplianceTopics),
     (NetForceController, NetForceTopics),
     (PidController, PidTopics),
-    (AdmittanceController, AdmittanceTopics),
-)
+    (AdmittanceController, AdmittanceTopics))
 
 
 class CommandedNode(ControllerNode):
@@ -332,8 +329,7 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
     (TipBroadcaster, SensorBroadcasterNode),
-    (StandInController, StandInNode),
-)
+    (StandInController, StandInNode))
 
 
 def create_controller_node(

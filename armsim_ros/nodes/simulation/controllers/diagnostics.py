@@ -36,13 +36,8 @@ class Diagnostics:
         parameters: Callable[[], ControllerManagerParameters], faults: FaultInjector | None,
         joints: Collection[str]
     ) -> None:
-        self._faults = faults
-        self._joints = joints
-        self._name = name
-        self._node = node
-        self._manager = manager
-        self._loop = loop
-        self._parameters = parameters
+        self._faults, self._joints, self._name, self._node = faults, joints, name, node
+        self._manager, self._loop, self._parameters = manager, loop, parameters
         self._dropped_ns = 0
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', qos.DIAGNOSTICS)
 
@@ -102,8 +97,7 @@ class Diagnostics:
         active = {
             joint: str(fault) for joint, fault in faults.active.items() if joint in self._joints}
         text = f'Joints fail on purpose: {", ".join(active)}' if active else (
-            'Joints can be made to fail, none does'
-        )
+            'Joints can be made to fail, none does')
         return self._status('Fault Injection', text, active, _WARN if active else _OK)
 
     def _pace(self) -> DiagnosticStatus:
@@ -140,12 +134,9 @@ class Diagnostics:
         self, task: str, text: str, values: Mapping[str, str], level: bytes = _OK
     ) -> DiagnosticStatus:
         return DiagnosticStatus(
-            level=level,
-            name=f'{self._name}: {task}',
-            message=text,
+            level=level, name=f'{self._name}: {task}', message=text,
             hardware_id=self._node.get_fully_qualified_name(),
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
+            values=[KeyValue(key=key, value=value) for key, value in values.items()])
 
 
 class Activity:

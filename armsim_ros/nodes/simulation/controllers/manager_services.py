@@ -53,19 +53,15 @@ class ControllerManagerQueries:
     """
 
     def __init__(self, node: Node, manager: ControllerManager, update_rate: float) -> None:
-        self._node = node
-        self._manager = manager
-        self._update_rate = update_rate
+        self._node, self._manager, self._update_rate = node, manager, update_rate
         for name, kind, answer in (
             ('list_controllers', ListControllers, self._list_controllers),
             ('list_controller_types', ListControllerTypes, self._list_types),
             ('list_hardware_components', ListHardwareComponents, self._list_components),
             ('list_hardware_interfaces', ListHardwareInterfaces, self._list_interfaces),
             (
-                'set_hardware_component_state',
-                SetHardwareComponentState,
-                self._set_component_state,
-            ),
+                'set_hardware_component_state', SetHardwareComponentState,
+                self._set_component_state),
         ):
             node.create_service(kind, f'~/{name}', answer)
 
@@ -121,9 +117,7 @@ class ControllerManagerServices:
         self, node: Node, manager: ControllerManager, loader: ControllerRegistry,
         dispatcher: Dispatcher
     ) -> None:
-        self._node = node
-        self._manager = manager
-        self._loader = loader
+        self._node, self._manager, self._loader = node, manager, loader
         self._dispatcher = dispatcher
         self._create('load_controller', LoadController, self._named(loader.load))
         self._create('configure_controller', ConfigureController, self._named(loader.configure))

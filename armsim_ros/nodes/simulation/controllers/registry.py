@@ -49,8 +49,7 @@ class ControllerDescriptions:
     """
 
     def __init__(self, node: Node, settings: RobotSettings) -> None:
-        self._node = node
-        self._settings = settings
+        self._node, self._settings = node, settings
 
     def find(self, name: str) -> ControllerSettings:
         """
@@ -158,12 +157,8 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         dispatcher: Dispatcher, namespace: str, time: SimTime,
         opened: Callable[[Controller[Any], Node], object] = lambda *_: None
     ) -> None:
-        self._opened = opened
-        self._time = time
-        self._manager = manager
-        self._descriptions = descriptions
-        self._executor = executor
-        self._dispatcher = dispatcher
+        self._opened, self._time, self._manager = opened, time, manager
+        self._descriptions, self._executor, self._dispatcher = descriptions, executor, dispatcher
         self._namespace = namespace
         self._sides: dict[str, ControllerNode] = {}
 

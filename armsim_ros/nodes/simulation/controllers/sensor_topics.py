@@ -230,8 +230,7 @@ class ImuTopic:
         self._message = Imu(
             orientation_covariance=parameters.static_covariance_orientation,
             angular_velocity_covariance=parameters.static_covariance_angular_velocity,
-            linear_acceleration_covariance=parameters.static_covariance_linear_acceleration,
-        )
+            linear_acceleration_covariance=parameters.static_covariance_linear_acceleration)
         self._message.header.frame_id = parameters.frame_id
 
     def publish(self, sample: SensorSample) -> None:

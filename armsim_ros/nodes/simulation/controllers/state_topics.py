@@ -124,15 +124,11 @@ class PidTopics:
         self._published_ns = snapshot.time_ns
         message = MultiDOFStateStamped(dof_states=[
             SingleDOFState(
-                name=name,
-                reference=float(snapshot.reference[0, i]),
+                name=name, reference=float(snapshot.reference[0, i]),
                 feedback=float(snapshot.feedback[0, i]),
                 feedback_dot=float(snapshot.feedback[1, i]) if len(snapshot.feedback) > 1 else 0.0,
-                error=float(snapshot.error[0, i]),
-                error_dot=float(snapshot.error[1, i]),
-                time_step=snapshot.period,
-                output=float(snapshot.output[i]),
-            )
+                error=float(snapshot.error[0, i]), error_dot=float(snapshot.error[1, i]),
+                time_step=snapshot.period, output=float(snapshot.output[i]))
             for i, name in enumerate(snapshot.names)])
         fill_time(message.header.stamp, snapshot.time_ns)
         self._publisher.publish(message, time_ns)
@@ -203,8 +199,7 @@ class AdmittanceTopics:
             node.create_subscription(kind, topic, receive, qos.COMMAND)
             for kind, topic, receive in (
                 (JointTrajectoryPoint, '~/joint_references', self._refer),
-                (WrenchStamped, '~/wrench_reference', self._add_wrench),
-            )]
+                (WrenchStamped, '~/wrench_reference', self._add_wrench))]
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""

@@ -84,8 +84,7 @@ def _message(time_ns: int, contact: FingerContact) -> ContactInformation:
         body_type_1=ContactInformation.ROBOT_LINK,
         contact_body_2=contact.other,
         body_type_2=(ContactInformation.WORLD_OBJECT if contact.is_object
-                     else ContactInformation.ROBOT_LINK),
-    )
+                     else ContactInformation.ROBOT_LINK))
     message.header.frame_id = WORLD_FRAME
     fill_time(message.header.stamp, time_ns)
     for field, values in ((message.position, contact.position), (message.normal, contact.normal)):
@@ -109,9 +108,7 @@ class VacuumGripperServer:
         self, node: Node, work: Work, dispatcher: Dispatcher, namespace: str,
         gripper: VacuumGripper, tell_scene: Callable[[Callable[[], object]], object]
     ) -> None:
-        self._node = node
-        self._work = work
-        self._gripper = gripper
+        self._node, self._work, self._gripper = node, work, gripper
         self.control = VacuumControl(
             work.loop, gripper, lambda: dispatcher.post(lambda: tell_scene(self._notice)))
         # In a cell the name begins with the namespace.
