@@ -18,7 +18,7 @@ from franka_msgs.srv import (
     SetStiffnessFrame,
     SetTCPFrame,
 )
-from geometry_msgs.msg import Inertia, Vector3
+from geometry_msgs.msg import Inertia
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
@@ -26,15 +26,10 @@ from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import inverse_pose
+from armsim_ros.nodes.simulation.world.answers import vector
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
 from armsim_ros.sim.assembly import watch
 from armsim_ros.vendors import FRANKA_FORCES, FRANKA_TORQUES
-
-
-def vector(values: Vector) -> Vector3:
-    """Return a vector (3,) as a message."""
-    x, y, z = map(float, values)
-    return Vector3(x=x, y=y, z=z)
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,9 @@ from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.nodes.conversions.geometry import pose_to_message
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.qos import WantedPublisher
+from armsim_ros.nodes.simulation.world.answers import vector
 from armsim_ros.nodes.vendors.endpoints import ArmNodes
-from armsim_ros.nodes.vendors.franka_services import ArmParameters, end_effector, Mass, vector
+from armsim_ros.nodes.vendors.franka_services import ArmParameters, end_effector, Mass
 from armsim_ros.sim.external_loads import ExternalLoads
 
 #: A joint that is faster is in motion [rad/s].
