@@ -34,8 +34,7 @@ if TYPE_CHECKING:
 _MODULES = {
     'errors': (
         'ArmsimError', 'ConfigError', 'ControllerError', 'ModelError', 'MoveItErrorCode',
-        'PlanningError', 'SimulationError', 'TrajectoryError',
-    ),
+        'PlanningError', 'SimulationError', 'TrajectoryError'),
     'model.geometry': ('Box', 'Capsule', 'Cone', 'Cylinder', 'Mesh', 'Sphere'),
     'model.transforms': ('pose_from_quat_xyzw', 'pose_matrix'),
     'model.world_objects': ('WorldObject',),

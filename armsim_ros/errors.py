@@ -174,8 +174,7 @@ class PlanningError(ArmsimError):
         self, code: int, message: str, source: str = '', contacts: Sequence[object] = ()
     ) -> None:
         super().__init__(message)
-        self.code = code
-        self.source = source
+        self.code, self.source = code, source
         self.contacts = tuple(contacts)
 
 

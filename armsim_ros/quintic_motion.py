@@ -44,10 +44,8 @@ def hermite_coefficients(
     c[:, 1] = np.where(cubic, v0, d)
     c[:, 2] = np.where(quintic, a0, np.where(cubic, 3.0 * d - 2.0 * v0 - v1, 0.0))
     c[:, 3] = np.where(
-        quintic,
-        10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1,
-        np.where(cubic, v0 + v1 - 2.0 * d, 0.0),
-    )
+        quintic, 10.0 * d - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1,
+        np.where(cubic, v0 + v1 - 2.0 * d, 0.0))
     c[:, 4] = np.where(quintic, -15.0 * d + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1, 0.0)
     c[:, 5] = np.where(quintic, 6.0 * d - 3.0 * (v0 + v1) - a0 + a1, 0.0)
     return c
@@ -176,11 +174,8 @@ class QuinticMotion:
     def slowed(self, factor: float) -> QuinticMotion:
         """Return the same motion with all times multiplied by a factor >= 1."""
         motion = QuinticMotion(
-            self.times * factor,
-            self.positions,
-            self.velocities / factor,
-            self.accelerations / factor**2,
-        )
+            self.times * factor, self.positions, self.velocities / factor,
+            self.accelerations / factor**2)
         # Over the share of the time between two points it is the same polynomial.
         vars(motion)['_coefficients'] = self._coefficients
         return motion
@@ -197,8 +192,7 @@ class QuinticMotion:
             np.concatenate([self.times, other.times + offset]),
             np.concatenate([self.positions, other.positions]),
             np.concatenate([self.velocities, other.velocities]),
-            np.concatenate([self.accelerations, other.accelerations]),
-        )
+            np.concatenate([self.accelerations, other.accelerations]))
 
     def then(self, other: QuinticMotion) -> QuinticMotion:
         """Return this motion, a stop, and a motion that begins where this motion ends."""

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.control.gripper.gripper_controller import GripperGoal
+from armsim_ros.control.arm_state import Cause
+from armsim_ros.control.command_controllers.gripper_controller import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.arm_state import Cause
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
 from armsim_ros.errors import (
     ControllerError,
@@ -31,16 +31,15 @@ from armsim_ros.model.world_objects import world_in_root, WorldObject
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.sim.assembly import build_control, build_manager, build_simulation
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.trajectory import JointTrajectory
 
 if TYPE_CHECKING:
-    from armsim_ros.camera_in_scene import CameraInScene
     from armsim_ros.execution.in_process import SentGoal
     from armsim_ros.planning.planner import MotionPlanner
     from armsim_ros.planning.request import Constraints
     from armsim_ros.planning.scene.planning_scene import PlanningScene
-    from armsim_ros.world_in_scene import WorldInScene
+    from armsim_ros.simulation_in_scene import CameraInScene, WorldInScene
 
 __all__ = ['ArmSim', 'build_manager', 'build_simulation']
 
@@ -64,12 +63,8 @@ class ArmSim:
     """
 
     def __init__(
-        self,
-        robot: str | Path | Cell = 'sunday',
-        *,
-        seed: int = 0,
-        world: str | Path | None = None,
-        overrides: Mapping[str, object] | None = None,
+        self, robot: str | Path | Cell = 'sunday', *, seed: int = 0,
+        world: str | Path | None = None, overrides: Mapping[str, object] | None = None
     ) -> None:
         self.seed = seed
         if not isinstance(robot, Cell):
@@ -183,8 +178,7 @@ class ArmSim:
         while not condition():
             if self.simulation.time_ns >= deadline:
                 raise SimulationError(
-                    f'the condition was not met within {timeout:g} s of simulated time'
-                )
+                    f'the condition was not met within {timeout:g} s of simulated time')
             self.step()
 
     def plan(
@@ -205,12 +199,9 @@ class ArmSim:
 
         group = group or next(iter(self.model.semantic.groups), '')
         request = MotionPlanRequest(
-            group_name=group,
-            goal_constraints=(self._constraints(goal, group),),
-            allowed_planning_time=allowed_time,
-            max_velocity_scaling_factor=velocity,
-            seed=self.seed,
-        )
+            group_name=group, goal_constraints=(self._constraints(goal, group),),
+            allowed_planning_time=allowed_time, max_velocity_scaling_factor=velocity,
+            seed=self.seed)
         self.scene.set_positions(self.joint_positions)
         self._follow_world()
         response = self.planner.plan(request, self.scene.snapshot(), clock=self._planning_clock)
@@ -247,17 +238,14 @@ class ArmSim:
         execution = self.settings.trajectory_execution
         allowed = (
             trajectory.duration * execution.allowed_execution_duration_scaling
-            + execution.allowed_goal_duration_margin
-        )
+            + execution.allowed_goal_duration_margin)
         self._advance(
             round(allowed * 1e9) // self.simulation.clock.step_ns + 1,
-            lambda: all(part.goal.done for part in sent),
-        )
+            lambda: all(part.goal.done for part in sent))
         for part in sent:
             if not part.goal.done:
                 raise SimulationError(
-                    f'the trajectory did not end within {allowed:g} s of simulated time'
-                )
+                    f'the trajectory did not end within {allowed:g} s of simulated time')
             if not part.succeeded:
                 raise ControllerError(
                     f'the trajectory was {part.goal.status.name.lower()}: {part.failure}')
@@ -344,27 +332,25 @@ class ArmSim:
     @cached_property
     def planner(self) -> MotionPlanner:
         """The motion planner; built when it is first needed."""
+        from armsim_ros.planning.context import settings_from_config
         from armsim_ros.planning.planner import MotionPlanner
-        from armsim_ros.planning.settings import settings_from_config
 
         settings = self.settings
         return MotionPlanner(
             self.scene,
             settings=settings_from_config(
-                settings.planning_parameters, settings.ompl, settings.kinematics
-            ),
-        )
+                settings.planning_parameters, settings.ompl, settings.kinematics))
 
     @cached_property
     def _world_in_scene(self) -> WorldInScene:
-        from armsim_ros.world_in_scene import WorldInScene
+        from armsim_ros.simulation_in_scene import WorldInScene
 
         return WorldInScene(
             self.simulation, self.scene, world_in_root(self.settings), self.fingers.squeezed)
 
     @cached_property
     def _camera_in_scene(self) -> CameraInScene:
-        from armsim_ros.camera_in_scene import CameraInScene
+        from armsim_ros.simulation_in_scene import CameraInScene
 
         return CameraInScene(
             self.simulation, self.scene, self.settings.octomap, world_in_root(self.settings))
@@ -392,7 +378,5 @@ class ArmSim:
                 Problem(
                     f"group '{group}' has no named state '{name}'",
                     allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states)),
-                )
-            )
+                    remedy=nearest(name, tuple(states))))
         return states[name]

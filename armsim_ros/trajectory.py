@@ -133,8 +133,7 @@ class JointTrajectory:
         for k in range(len(self)):
             yield TrajectoryPoint(*(
                 _empty() if table is None or np.isnan(table[k]).any() else table[k]
-                for table in tables
-            ))
+                for table in tables))
 
     def since(self, k: int) -> JointTrajectory:
         """Return the waypoints from the k-th on, at their times."""

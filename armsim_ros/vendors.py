@@ -64,8 +64,7 @@ _UNIVERSAL_ROBOTS = Vendor(
     program=True,
     pace='speed_scaling/speed_scaling_factor',
     tool='tool0',
-    endpoints='armsim_ros.nodes.vendors.universal_robots.endpoints:UniversalRobots',
-)
+    endpoints='armsim_ros.nodes.vendors.ur_endpoints:UniversalRobots')
 
 #: External torques of Franka's arms that are a contact, and that are a collision [N*m]. As
 #: ``getDefaultCollisionBehaviorRequest`` (default_robot_behavior_utils.hpp of
@@ -78,22 +77,14 @@ FRANKA_FORCES = ((30.0, 30.0, 30.0, 25.0, 25.0, 25.0),
 
 #: As ``franka_ros2`` presents them.
 _FRANKA = Vendor(
-    name='franka',
-    plugins=('franka_hardware/FrankaHardwareInterface',),
-    collision_torques=FRANKA_TORQUES[1],
-    collision_force=FRANKA_FORCES[1][0],
-    tool='link8',
-    finger='_finger_joint1',
-    endpoints='armsim_ros.nodes.vendors.franka.endpoints:FrankaEndpoints',
-)
+    name='franka', plugins=('franka_hardware/FrankaHardwareInterface',),
+    collision_torques=FRANKA_TORQUES[1], collision_force=FRANKA_FORCES[1][0], tool='link8',
+    finger='_finger_joint1', endpoints='armsim_ros.nodes.vendors.franka_endpoints:FrankaEndpoints')
 
 #: As ``ros2_kortex`` presents the Gen3.
 _KINOVA = Vendor(
-    name='kinova',
-    plugins=('kortex_driver/KortexMultiInterfaceHardware',),
-    tool='end_effector_link',
-    endpoints='armsim_ros.nodes.vendors.kinova:KinovaEndpoints',
-)
+    name='kinova', plugins=('kortex_driver/KortexMultiInterfaceHardware',),
+    tool='end_effector_link', endpoints='armsim_ros.nodes.vendors.kinova:KinovaEndpoints')
 
 #: Name -> table.
 TABLES = {table.name: table for table in (_UNIVERSAL_ROBOTS, _FRANKA, _KINOVA)}

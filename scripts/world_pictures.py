@@ -16,7 +16,7 @@ from PIL import Image
 
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.camera.gl_backend import choose_backend, VARIABLE
+from armsim_ros.nodes.camera.program import choose_backend, VARIABLE
 
 FOLDER = Path(__file__).parents[1] / 'docs' / 'images'
 STATE = 'scan_food'

@@ -27,7 +27,7 @@ ANSWERS = ('rclpy', 'rclpy 7.1 drops answers that come before it has noted their
            'test/conformance/move_group')
 #: Name -> library, reason, tests that use it.
 KNOWN = {
-    '_ActionsContainer': ('argparse', 'type of parsers and their groups', 'test/nodes/spawner'),
+    '_ActionsContainer': ('argparse', 'type of parsers and their groups', 'test/nodes/upstream'),
     '_option_string_actions': ('argparse', 'the options that a parser knows', 'test/tools'),
     '_exit': ('os', 'public in spite of its name', 'test/cli'),
     '_getframe': ('sys', 'public in spite of its name', 'test/nodes/test_lost_answers.py'),

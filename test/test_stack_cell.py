@@ -12,7 +12,7 @@ from armsim_ros.errors import ConfigError, ControllerError, PlanningError
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.resources import find_robot, PACKAGE, share_folder
 from armsim_ros.sim.assembly import build_managers, build_simulation
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 

@@ -67,8 +67,8 @@ _MAINS = {
     'launch': 'launch.main:main', 'run': 'launch.run:main', 'overlay': 'launch.overlay:main',
     'list': 'tools.robots:list_robots', 'copy': 'tools.robots:copy',
     'completion': 'tools.completion:main', 'original': 'nodes.upstream.main:main',
-    'unspawner': 'nodes.spawner.main:unspawn',
-    'hardware_spawner': 'nodes.spawner.main:set_hardware',
+    'spawner': 'nodes.upstream.spawner:main', 'unspawner': 'nodes.upstream.spawner:unspawn',
+    'hardware_spawner': 'nodes.upstream.spawner:set_hardware', 'migrate': 'tools.migrate:main',
 }
 _LISTED = ('topic', 'service', 'action', 'node', 'param')
 #: What is looked for here and is a command of ROS 2 -> that command.

@@ -44,8 +44,7 @@ class ParameterClient:
     """
 
     def __init__(self, client: Caller, node: str) -> None:
-        self._client = client
-        self._node = node
+        self._client, self._node = client, node
 
     def names(self) -> list[str]:
         """Return the names of all parameters."""
@@ -93,8 +92,7 @@ class ControllerManagerClient:
     """
 
     def __init__(self, client: Caller, manager: str) -> None:
-        self._client = client
-        self._manager = manager
+        self._client, self._manager = client, manager
 
     def controllers(self) -> dict[str, ControllerState]:
         """Return the loaded controllers by name."""

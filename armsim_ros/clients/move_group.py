@@ -27,8 +27,7 @@ class MoveGroupClient:
     """
 
     def __init__(self, client: ClientNode, namespace: str = '') -> None:
-        self.client = client
-        self._namespace = namespace
+        self.client, self._namespace = client, namespace
         # The servers find them before they are needed.
         client.action(MoveGroup, f'{namespace}/move_action')
         client.action(ExecuteTrajectory, f'{namespace}/execute_trajectory')

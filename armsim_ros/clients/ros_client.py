@@ -110,8 +110,7 @@ class Polled:
 
     def __init__(self, client: RosClient, kind: type[Any], topic: str, profile: QoSProfile | int,
                  group: CallbackGroup) -> None:
-        self._kind = kind
-        self._client = client
+        self._kind, self._client = kind, client
         self._subscription = client.in_thread(lambda: client.node.create_subscription(
             kind, topic, lambda _: None, profile, callback_group=group)).result(5.0)
 

@@ -12,11 +12,12 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from control_msgs.action import FollowJointTrajectory
 from control_msgs.msg import JointTolerance
-from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSHistoryPolicy, QoSProfile
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode, PATIENCE
 from armsim_ros.clients.node import GoalRun
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import duration_from_seconds
 
 ALL = QoSProfile(history=QoSHistoryPolicy.KEEP_ALL)
@@ -50,8 +51,7 @@ def trajectory_message(
     for i, (time_from_start, positions) in enumerate(points):
         point = JointTrajectoryPoint(
             positions=[float(value) for value in positions],
-            time_from_start=duration_from_seconds(time_from_start),
-        )
+            time_from_start=duration_from_seconds(time_from_start))
         if velocities is not None:
             point.velocities = [float(value) for value in velocities[i]]
         message.points.append(point)
@@ -112,8 +112,7 @@ class TrajectoryClient:
     """
 
     def __init__(self, client: ClientNode, controller: str) -> None:
-        self.client = client
-        self.controller = controller
+        self.client, self.controller = client, controller
         self._name = f'{controller}/follow_joint_trajectory'
         self._action = client.action(
             FollowJointTrajectory,
@@ -121,14 +120,10 @@ class TrajectoryClient:
             # The usual depth of 10 loses answers when many goals are sent at once.
             goal_service_qos_profile=ALL,
             result_service_qos_profile=ALL,
-            feedback_sub_qos_profile=QoSProfile(depth=100),
-        )
+            feedback_sub_qos_profile=QoSProfile(depth=100))
         # Transient-local, so that a message published before the two have met is not lost.
-        qos = QoSProfile(
-            depth=1, reliability=QoSReliabilityPolicy.RELIABLE,
-            durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         self._publisher = client.node.create_publisher(
-            JointTrajectory, f'{controller}/joint_trajectory', qos)
+            JointTrajectory, f'{controller}/joint_trajectory', qos.LATCHED)
 
     def wait_for_server(self, timeout: float = PATIENCE) -> None:
         """Wait until the action server answers to discovery."""

@@ -26,8 +26,7 @@ class Settings(BaseModel):
         arbitrary_types_allowed=True,
         validate_default=True,
         # A robot has a few of the many blocks; the others are not made ready at each start.
-        defer_build=True,
-    )
+        defer_build=True)
 
 
 class KeyedSettings(Settings):

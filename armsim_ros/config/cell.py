@@ -14,8 +14,8 @@ from typing_extensions import Self
 
 from armsim_ros.config.base import parameter, read_settings, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
-from armsim_ros.config.move_group.kinematics import JointLimitOverrides
-from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
+from armsim_ros.config.kinematics import JointLimitOverrides
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
     finite_triple,
@@ -176,9 +176,7 @@ class _Merge:
     """The parts of a cell, and the problems found."""
 
     def __init__(self, own: RobotSettings, robots: Robots, problems: list[Problem]) -> None:
-        self._own = own
-        self._robots = robots
-        self._problems = problems
+        self._own, self._robots, self._problems = own, robots, problems
         #: Later ones win.
         self.all = (*robots.values(), own)
 

@@ -8,16 +8,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from armsim_ros.config.base import known_keys
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import KEYS_BESIDE
+from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.yaml_node import merge_nodes, node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, Location, Problem, Severity
 
 #: The blocks of the neutral form; each is a field of RobotSettings.
 SECTIONS = (
     'controller_manager', 'controllers', 'spawn', 'joint_limits', 'kinematics', 'ompl',
-    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo',
-)
+    'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo')
 
 
 def empty_node(where: Location | None = None) -> YamlNode:

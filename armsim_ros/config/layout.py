@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from armsim_ros.config.base import known_keys
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.draft import BLOCKS, ConfigDraft, empty_node, KEEP_KEYS, UNUSED_BLOCKS
-from armsim_ros.config.move_group.ompl_planning import OmplGroup
+from armsim_ros.config.ompl_planning import OmplGroup
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import is_ros2_file, merge_nodes, ROS2_KEY, split_keys, YamlNode

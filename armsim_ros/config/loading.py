@@ -12,7 +12,6 @@ from typing_extensions import Unpack
 from armsim_ros.config.base import read_settings
 from armsim_ros.config.draft import ConfigDraft, empty_node, SECTIONS
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.move_group.sensors_3d import read_sensors_file, sensors_file
 from armsim_ros.config.package_files import Role
 from armsim_ros.config.package_reading import (
     complete_controllers,
@@ -23,6 +22,7 @@ from armsim_ros.config.package_reading import (
 from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
+from armsim_ros.config.sensors_3d import read_sensors_file, sensors_file
 from armsim_ros.config.world import is_foreign_world, WorldSettings
 from armsim_ros.config.yaml_node import node_of, YamlNode
 from armsim_ros.config.yaml_source import parse_yaml, read_yaml_file
@@ -138,8 +138,7 @@ def survey_files(
         octomap=octomap,
         world=world_settings,
         remarks=tuple(draft.problems),
-        **values,
-    )
+        **values)
     source = empty_node().with_value({name: draft.section(name) for name in SECTIONS})
     return settings.with_source(source, files.packages)
 

@@ -174,8 +174,7 @@ _RESPONSE_ADAPTERS = tuple(f'default_planning_response_adapters/{name}' for name
 _PLANNERS = (
     'SBL', 'EST', 'LBKPIECE', 'BKPIECE', 'KPIECE', 'RRT', 'RRTConnect', 'RRTstar', 'TRRT', 'PRM',
     'PRMstar', 'FMT', 'BFMT', 'PDST', 'STRIDE', 'BiTRRT', 'LBTRRT', 'BiEST', 'ProjEST', 'LazyPRM',
-    'LazyPRMstar', 'SPARS', 'SPARStwo',
-)
+    'LazyPRMstar', 'SPARS', 'SPARStwo')
 
 #: The pipelines that there are without any file, in the order of their offer.
 DEFAULT_PIPELINES = ('ompl', 'pilz_industrial_motion_planner', 'chomp', 'stomp')
@@ -235,9 +234,7 @@ class PackageReader:
 
     def __init__(self, draft: ConfigDraft, packages: Packages, variables: Mapping[str, str]
                  ) -> None:
-        self._draft = draft
-        self._packages = packages
-        self._variables = variables
+        self._draft, self._packages, self._variables = draft, packages, variables
         self._layout = LayoutReader(draft)
 
     def read(self, roles: PackageRoles) -> None:

@@ -16,11 +16,11 @@ from armsim_ros.config.controllers.broadcasters import (
 )
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
-from armsim_ros.config.move_group.kinematics import KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplGroup, OmplSettings
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.kinematics import KinematicsSettings
+from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 
 #: Keys of controllers' parameters that hold a joint or a list of joints.
 _JOINTS = ('joint', 'joints', 'command_joints', 'dof_names', 'reference_and_state_dof_names')
@@ -34,8 +34,7 @@ _NAMES = (
     'ft_sensor.name', 'ft_sensor.frame.id', 'control.frame.id', 'fixed_world_frame.frame.id',
     'gravity_compensation.frame.id', 'kinematics.base', 'kinematics.tip',
     'end_effector_frame', 'base_frame', 'ft_sensor.frame', 'robot_base_link', 'end_effector_link',
-    'ft_sensor_ref_link', 'compliance_ref_link',
-)
+    'ft_sensor_ref_link', 'compliance_ref_link')
 #: Keys that hold ``joint/interface``.
 _JOINT_INTERFACES = ('max_effort_interface', 'max_velocity_interface')
 

@@ -14,9 +14,9 @@ import re
 from typing import TypedDict
 
 from armsim_ros.config.cell import robots_file
-from armsim_ros.config.move_group.sensors_3d import FILE as SENSORS_FILE
 from armsim_ros.config.package_files import PackageFiles
 from armsim_ros.config.package_reading import PackageRoles
+from armsim_ros.config.sensors_3d import FILE as SENSORS_FILE
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError, Severity
 from armsim_ros.install_rules.xacro_run import xacro_finding
 from armsim_ros.packages import depends_on, MANIFEST, package_name, Packages, packages_below

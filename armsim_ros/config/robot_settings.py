@@ -11,15 +11,15 @@ from pydantic import PrivateAttr
 from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
-from armsim_ros.config.move_group.kinematics import JointLimitsSettings, KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
-from armsim_ros.config.move_group.sensors_3d import OctomapSettings
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.kinematics import JointLimitsSettings, KinematicsSettings
+from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.sensors_3d import OctomapSettings
+from armsim_ros.config.servo import ServoNodeSettings
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )
-from armsim_ros.config.servo import ServoNodeSettings
-from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import YamlNode
 from armsim_ros.errors import Location, Problem

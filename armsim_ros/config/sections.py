@@ -16,28 +16,28 @@ from armsim_ros.config.controllers.controller_settings import (
     read_controller,
 )
 from armsim_ros.config.draft import ConfigDraft, empty_node
-from armsim_ros.config.move_group.kinematics import (
+from armsim_ros.config.kinematics import (
     JointLimitOverrides,
     JointLimitsSettings,
     KinematicsSettings,
     UNUSED_KINEMATICS_KEYS,
     UNUSED_LIMIT_KEYS,
 )
-from armsim_ros.config.move_group.ompl_planning import (
+from armsim_ros.config.ompl_planning import (
     OmplSettings,
     PlanningParameters,
     RENAMED_PIPELINE_KEYS,
     UNUSED_PIPELINE_KEYS,
 )
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import (
     MoveItControllerSettings,
     NEEDED_KEYS,
     TrajectoryExecutionSettings,
     UNUSED_EXECUTION_KEYS,
     UNUSED_MOVEIT_CONTROLLER_KEYS,
 )
-from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
-from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.yaml_node import node_of, YamlNode
 from armsim_ros.errors import ignored, nearest, Problem, Severity
 

@@ -141,10 +141,8 @@ class ServoParameters(Settings):
                 'hard_stop_singularity_threshold has to be greater than '
                 'lower_singularity_threshold')
         published = (
-            self.publish_joint_positions,
-            self.publish_joint_velocities,
-            self.publish_joint_accelerations,
-        )
+            self.publish_joint_positions, self.publish_joint_velocities,
+            self.publish_joint_accelerations)
         if not any(published):
             wrong.append(
                 'publish_joint_positions, publish_joint_velocities or '

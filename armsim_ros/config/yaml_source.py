@@ -182,9 +182,7 @@ class _Collection:
     """A mapping or sequence whose end was not yet read."""
 
     def __init__(self, is_mapping: bool, anchor: str | None, where: Location) -> None:
-        self.is_mapping = is_mapping
-        self.anchor = anchor
-        self.where = where
+        self.is_mapping, self.anchor, self.where = is_mapping, anchor, where
         self.items: list[YamlNode] = []
         self.entries: dict[str, YamlNode] = {}
         self.merged: dict[str, YamlNode] = {}
@@ -195,9 +193,7 @@ class _Composer:
     """Builds nodes from the parser's events; no recursion, so depth costs nothing."""
 
     def __init__(self, file: str, problems: list[Problem] | None, merges: bool) -> None:
-        self._file = file
-        self._problems = problems
-        self._merges = merges
+        self._file, self._problems, self._merges = file, problems, merges
         self._anchors: dict[str, YamlNode | None] = {}
         self._open: list[_Collection] = []
         self._root: YamlNode | None = None

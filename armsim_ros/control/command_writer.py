@@ -116,11 +116,9 @@ class CommandTargets:
         self._others = [(hardware.store_of(name), name) for name in others]
         self._joints = [
             (
-                kind,
-                hardware.command.of(kind),
+                kind, hardware.command.of(kind),
                 selector([hardware.index[targets[column][0]] for column in places]),
-                selector(places),
-            )
+                selector(places))
             for kind, places in columns.items()]
 
     def take_over(self) -> None:
@@ -193,9 +191,9 @@ class CommandWriter:
         self.forwards_position = POSITION in self._kinds
         self._feeds_forward = (
             self.forwards_position and EFFORT not in self._kinds and not chained)
-        self._closed_loop = parameters.uses_pid and not (
-            parameters.open_loop_control and self._kinds == (VELOCITY,)
-        )
+        self.closes_loop = parameters.uses_pid and not (
+            parameters.open_loop_control and self._kinds == (VELOCITY,))
+        """Whether the commands depend on the errors, so that every update matters."""
         rows = [COMMAND_INTERFACES.index(kind) for kind in self._kinds]
         self._routes = [
             (row, command.of(kind)) for row, kind in zip(rows, self._kinds, strict=True)]
@@ -207,11 +205,6 @@ class CommandWriter:
         self._column_list = [parameters.joints.index(name) for name in joints]
         self._scales = np.array([parameters.gains[n].ff_velocity_scale for n in joints])
         self._closed = np.zeros(len(commanded))
-
-    @property
-    def closes_loop(self) -> bool:
-        """Whether the commands depend on the errors, so that every update matters."""
-        return self._closed_loop
 
     def set_gains(self, old: Mapping[str, PidGains], new: Mapping[str, PidGains]) -> None:
         """Take new gains over without a step of the integral part, here or in the drives."""
@@ -238,7 +231,7 @@ class CommandWriter:
         :param period: [s].
         """
         columns, target = self._columns, self._target
-        if self._closed_loop:
+        if self.closes_loop:
             self._close_loop(ahead, error, period)
             row = COMMAND_INTERFACES.index(self._kinds[0])
             output[row, columns] = self._closed

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from gymnasium.spaces import Box, Dict
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from armsim_ros.arrays import Matrix, selector, Vector
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -63,7 +63,8 @@ class Actions:
         self._places, self._cups = places, len(cups)
         moved = kinematics.group_indices(group).tolist() if group else []
         self._moved = np.array([places.tolist().index(i) for i in moved], dtype=np.int64)
-        self._others = np.flatnonzero(~np.isin(places, moved))
+        self.others = np.flatnonzero(~np.isin(places, moved))
+        """Which joints do not move the tip (m,), places among the joints."""
         self._default = kinematics.default()
         self._damping = _DAMPING * np.eye(6)
         self._square, self._solved = np.empty((6, 6)), np.empty(6)
@@ -71,7 +72,7 @@ class Actions:
             'position': joints,
             'velocity': tuple(f'velocity of {name}' for name in joints),
             'twist': ('x', 'y', 'z', 'about x', 'about y', 'about z',
-                      *(joints[i] for i in self._others)),
+                      *(joints[i] for i in self.others)),
         }[kind]
         self.names = (*names, *cups)
         """What each number of an action is."""
@@ -79,8 +80,8 @@ class Actions:
         low, high = {
             'position': (self.lower, self.upper),
             'velocity': (-self.speed, self.speed),
-            'twist': (np.append(-reach, self.lower[self._others]),
-                      np.append(reach, self.upper[self._others])),
+            'twist': (np.append(-reach, self.lower[self.others]),
+                      np.append(reach, self.upper[self.others])),
         }[kind]
         self.low = np.append(low, np.zeros(len(cups)))
         self.high = np.append(high, np.ones(len(cups)))
@@ -124,7 +125,7 @@ class Actions:
             target = start + self._period * values
         else:
             target = start + self._period * self.velocities(values[:6], start)
-            target[self._others] = values[6:]
+            target[self.others] = values[6:]
         way = np.minimum(np.maximum(target - start, -self._farthest), self._farthest)
         return np.minimum(np.maximum(start + way, self.lower), self.upper), cups
 
@@ -139,15 +140,10 @@ class Actions:
         if self._kind == 'twist':
             return np.concatenate((twist, others))
         velocity = self.velocities(twist, start)
-        velocity[self._others] = (others - start[self._others]) / self._period
+        velocity[self.others] = (others - start[self.others]) / self._period
         if self._kind == 'velocity':
             return velocity
         return start + self._period * velocity
-
-    @property
-    def others(self) -> NDArray[np.intp]:
-        """Which joints do not move the tip (m,), places among the joints."""
-        return self._others
 
     def velocities(self, twist: Vector, start: Vector) -> Vector:
         """Return velocities (n,) that move the tip so on average over the step."""

@@ -82,8 +82,7 @@ class ArmEnv(Env[Any, Any]):
         if not isinstance(robot, Cell):
             robot = load_cell(str(robot), world=world, overrides=overrides)
         self.cell, self.render_mode, self.max_steps = robot, render_mode, max_steps
-        self.period = period
-        self._end_on_stop = end_on_stop
+        self.period, self._end_on_stop = period, end_on_stop
         self._stop = ''
         settings, model = robot.settings, robot.model
         self._renderer = Renderer(view_from(view or {}))

@@ -13,8 +13,8 @@ import numpy as np
 
 from armsim_ros.arrays import Vector
 from armsim_ros.model.transforms import matrix_from_quat_wxyz
-from armsim_ros.sim.grippers.vacuum_gripper import LOOK_NS, VacuumGripper
 from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.vacuum_gripper import LOOK_NS, VacuumGripper
 
 #: Simulated time between checks of cups that all hold something [ns].
 HELD_LOOK_NS = 10_000_000

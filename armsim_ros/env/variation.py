@@ -28,8 +28,7 @@ _FIELDS = (
     'geom_friction', 'geom_rgba', 'dof_damping', 'dof_frictionloss', 'dof_armature', 'dof_M0',
     'dof_invweight0', 'actuator_acc0', 'actuator_length0', 'tendon_length0', 'tendon_invweight0',
     'cam_pos', 'cam_quat', 'cam_fovy', 'cam_pos0', 'cam_mat0', 'cam_poscom0', 'light_pos',
-    'light_diffuse', 'light_pos0', 'light_poscom0', 'light_dir0', 'qpos0', 'qpos_spring',
-)
+    'light_diffuse', 'light_pos0', 'light_poscom0', 'light_dir0', 'qpos0', 'qpos_spring')
 #: Shapes whose size is a few lengths.
 _SCALABLE = {int(kind) for kind in (
     mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER,

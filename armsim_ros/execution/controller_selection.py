@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.trajectory import JointTrajectory
@@ -38,8 +38,7 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
                 MoveItErrorCode.CONTROL_FAILED,
                 f"the trajectory names joint '{name}', which robot '{robot.name}' lacks; "
                 f'{nearest(name, robot.active_joints) or ", ".join(robot.active_joints)}',
-                _SOURCE,
-            )
+                _SOURCE)
     passive = robot.semantic.passive_joints
     found = tuple(
         name for name in names
@@ -91,8 +90,7 @@ def select_controllers(
         'Unable to identify any set of controllers that can actuate the specified joints: '
         f'[ {" ".join(sorted(requested))} ]\nKnown controllers and their joints:\n'
         f'{_listing(usable)}\n{remedy}',
-        _SOURCE,
-    )
+        _SOURCE)
 
 
 def _best(
@@ -117,8 +115,7 @@ def _named(
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 f"controller '{name}' is not known; {nearest(name, list(known))} known: "
-                f'{", ".join(known) or "none"}', _SOURCE,
-            )
+                f'{", ".join(known) or "none"}', _SOURCE)
     return [known[name] for name in dict.fromkeys(names or sorted(known))]
 
 
@@ -290,3 +287,69 @@ def _variables(poses: Matrix, count: int) -> Matrix:
              for a, b, c, d in zip(x, y, z, w, strict=True)]
     planar: Matrix = np.column_stack([poses[:, 0], poses[:, 1], theta])
     return planar
+
+
+_EXECUTION = 'trajectory execution'
+
+
+@dataclass(frozen=True, slots=True)
+class GripperTarget:
+    """
+    Where a gripper is to go.
+
+    :param joint: the command joint; with ``parallel`` the first of the two.
+    :param position: [rad or m]; with ``parallel`` the sum of both joints.
+    :param effort: of the last point [N*m or N], None where that has none.
+    :param assumed: whether the first joint of the part replaces the command joint.
+    """
+
+    joint: str
+    position: float
+    effort: float | None = None
+    assumed: bool = False
+
+
+def gripper_target(part: JointTrajectory, controller: MoveItControllerSettings) -> GripperTarget:
+    """
+    Return the target of a GripperCommand: the last point of the command joint.
+
+    :param part: of a trajectory, with joints of this controller only.
+    :raises PlanningError: CONTROL_FAILED where the last point has no positions.
+    """
+    jaws = controller.joints if controller.parallel else (
+        controller.command_joint or controller.joints[0],)
+    found = [k for k, name in enumerate(part.joint_names) if name in jaws]
+    columns = found or [0]
+    effort = part.effort[-1, columns[-1]] if part.effort is not None else np.nan
+    return GripperTarget(
+        part.joint_names[columns[0]], sum(_last(part, column) for column in columns),
+        None if np.isnan(effort) else float(effort), assumed=not found)
+
+
+def parallel_gripper_target(
+    part: JointTrajectory, controller: MoveItControllerSettings
+) -> GripperTarget:
+    """
+    Return the target of a ParallelGripperCommand: the last point of the first joint.
+
+    :param part: of a trajectory, with joints of this controller only.
+    :raises PlanningError: CONTROL_FAILED where the part lacks that joint, or its position.
+    """
+    joint = controller.joints[0]
+    if joint not in part.joint_names:
+        raise PlanningError(
+            MoveItErrorCode.CONTROL_FAILED,
+            f"the trajectory has no joint '{joint}', which controller '{controller.name}' "
+            f'commands; it has {", ".join(part.joint_names)}', _EXECUTION)
+    return GripperTarget(joint, _last(part, part.joint_names.index(joint)))
+
+
+def _last(part: JointTrajectory, column: int) -> float:
+    """Return the last position of a joint [rad or m]."""
+    value = float(part.positions[-1, column])
+    if np.isnan(value):
+        raise PlanningError(
+            MoveItErrorCode.CONTROL_FAILED,
+            f"the last point has no position of joint '{part.joint_names[column]}', which a "
+            'gripper needs', _EXECUTION)
+    return value

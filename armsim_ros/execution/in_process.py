@@ -8,15 +8,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
-from armsim_ros.control.controller import Controller
-from armsim_ros.control.gripper.gripper_controller import (
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
+from armsim_ros.control.command_controllers.gripper_controller import (
     GripperController,
     GripperGoal,
     GripperResponse,
     GripperResult,
     ParallelGripperController,
 )
+from armsim_ros.control.controller import Controller
 from armsim_ros.control.mailbox import GoalStatus
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import GoalResponse, TrajectoryGoal
@@ -24,10 +24,11 @@ from armsim_ros.control.trajectory.joint_trajectory_controller import JointTraje
 from armsim_ros.errors import ControllerError, PlanningError
 from armsim_ros.execution.controller_selection import (
     controlled_joints,
+    gripper_target,
+    parallel_gripper_target,
     select_controllers,
     split_trajectory,
 )
-from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.trajectory import JointTrajectory
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from armsim_ros.config.move_group.trajectory_execution import ActionType, MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import ActionType, MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import select_controllers
 
@@ -143,8 +143,7 @@ class ManagedControllers:
 
 
 def controllers_to_switch(
-    needed: Sequence[str], controllers: Sequence[MoveItControllerSettings],
-    active: Collection[str]
+    needed: Sequence[str], controllers: Sequence[MoveItControllerSettings], active: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """
     Return the controllers to activate and to deactivate before a trajectory is sent.

@@ -92,8 +92,7 @@ def check_start(
                 f"Invalid Trajectory: start point deviates from current robot state: joint "
                 f"'{name}' expected {float(expected):.5f}, is {actual:.5f}, off by "
                 f'{off:.5f}, allowed {allowed:g}; plan again from the current state, or '
-                'raise trajectory_execution.allowed_start_tolerance', _SOURCE,
-            )
+                'raise trajectory_execution.allowed_start_tolerance', _SOURCE)
 
 
 def _distance(joint: Joint, first: float, second: float) -> float:

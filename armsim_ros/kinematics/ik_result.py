@@ -131,8 +131,7 @@ class SearchRecord:
             return IKResult(
                 None, IKFailure.INVALID,
                 f"{self.rejected} IK solutions for {links} of group '{group}' were found, "
-                'none of them valid', rejected=self.rejected,
-            )
+                'none of them valid', rejected=self.rejected)
         position, orientation = self._nearest
         failure = IKFailure.TIMED_OUT if self._late else IKFailure.UNREACHABLE
         cause = 'the time was used up' if self._late else 'the pose is probably out of reach'
@@ -140,5 +139,4 @@ class SearchRecord:
             None, failure,
             f"no IK solution for {links} of group '{group}': the nearest of {self._starts} "
             f'descents missed by {position:.3g} m and {orientation:.3g} rad, {cause}',
-            position, orientation,
-        )
+            position, orientation)

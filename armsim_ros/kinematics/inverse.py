@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 import pinocchio as pin
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.kinematics.ik_result import IKFailure, IKOptions, IKResult, IKTarget, SearchRecord
 from armsim_ros.kinematics.kinematic_model import Indices, KinematicModel
 from armsim_ros.kinematics.levenberg_marquardt import Convergence, LevenbergMarquardt, PoseTask
-from armsim_ros.kinematics.start_table import StartTable
 from armsim_ros.model.transforms import inverse_pose
 
 #: Solutions that differ by less in every joint [rad or m] count as equal.
@@ -59,29 +58,19 @@ class InverseKinematics:
     """
 
     def __init__(
-        self,
-        kinematics: KinematicModel,
-        group: str,
-        *,
-        position_only: bool = False,
-        max_starts: int = 60,
-        max_iterations: int = 100,
-        position_tolerance: float = 1e-6,
-        orientation_tolerance: float = 1e-6,
-        table_size: int = 1000,
+        self, kinematics: KinematicModel, group: str, *, position_only: bool = False,
+        max_starts: int = 60, max_iterations: int = 100, position_tolerance: float = 1e-6,
+        orientation_tolerance: float = 1e-6, table_size: int = 1000
     ) -> None:
         """Keep the settings; tables are made at the first need."""
-        self.kinematics = kinematics
-        self.group = group
+        self.kinematics, self.group = kinematics, group
         self._indices = kinematics.group_indices(group)
         self._moved = kinematics.moved_links(group)
         self._variables_of: dict[tuple[str, ...], Indices] = {}
-        self._position_only = position_only
-        self._max_starts = max_starts
+        self._position_only, self._max_starts = position_only, max_starts
         self._table_size = table_size
         self._convergence = Convergence(
-            position_tolerance, orientation_tolerance, max_iterations
-        )
+            position_tolerance, orientation_tolerance, max_iterations)
 
     def prepare(self, targets: Sequence[IKTarget]) -> None:
         """Make the tables for these targets; otherwise a first search spends its time on them."""
@@ -119,8 +108,7 @@ class InverseKinematics:
                 if options.is_valid is None or options.is_valid(solution):
                     return IKResult(
                         solution, None, '', descent.position_error, descent.orientation_error,
-                        search.rejected,
-                    )
+                        search.rejected)
                 search.rejected += 1
             yield
         return search.result(self.group, targets)
@@ -187,8 +175,7 @@ class InverseKinematics:
                     f"group '{self.group}' does not move link '{target.link}'; it moves "
                     f'{", ".join(sorted(self._moved)) or "nothing"}',
                     math.inf,
-                    math.inf,
-                )
+                    math.inf)
         return None
 
     def _free_orientation(self, target: IKTarget) -> bool:
@@ -218,11 +205,7 @@ class InverseKinematics:
         return found
 
     def _starts(
-        self,
-        targets: Sequence[IKTarget],
-        seed: Vector,
-        search: SearchRecord,
-        options: IKOptions,
+        self, targets: Sequence[IKTarget], seed: Vector, search: SearchRecord, options: IKOptions
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
         variables = self._variables(targets)
@@ -235,8 +218,7 @@ class InverseKinematics:
         free = any(self._free_orientation(target) for target in targets)
         used = 0
         best = table.best_first(
-            wanted, seed, min(limit, self._max_starts), position_only=free
-        )
+            wanted, seed, min(limit, self._max_starts), position_only=free)
         for start in best:
             if search.late():
                 return
@@ -251,16 +233,14 @@ class InverseKinematics:
     def _table(self, links: tuple[str, ...]) -> StartTable:
         key = ('start table', self.group, links, self._table_size)
         table: StartTable = self.kinematics.cached(
-            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size)
-        )
+            key, lambda: StartTable(self.kinematics, self.group, links, self._table_size))
         return table
 
     def _unwind(self, q: Vector, seed: Vector) -> Vector:
         """Return q with every full turn removed that leads away from the seed."""
         kinematics = self.kinematics
         turns = kinematics.cached(
-            ('turning variables', self.group), lambda: _turning(kinematics, self._indices)
-        )
+            ('turning variables', self.group), lambda: _turning(kinematics, self._indices))
         if not len(turns):
             return q
         values = q[turns]
@@ -286,3 +266,89 @@ def _turning(kinematics: KinematicModel, indices: NDArray[np.int64]) -> NDArray[
 
 
 __all__ = ['IKFailure', 'IKOptions', 'IKResult', 'IKTarget', 'InverseKinematics', 'end_of']
+
+
+class StartTable:
+    """
+    Configurations of a group, sampled once, and where they put a set of links.
+
+    Poses are kept relative to the link that carries the group's first joint, so that joints
+    outside the group may be anywhere. Two poses count as near when positions, measured in
+    the spread of all samples, and orientations, measured as the chord between rotation
+    matrices, are near.
+
+    :param kinematics: the robot.
+    :param group: planning group whose variables are sampled.
+    :param links: links whose poses are kept.
+    :param size: number of samples.
+    """
+
+    def __init__(
+        self, kinematics: KinematicModel, group: str, links: tuple[str, ...], size: int
+    ) -> None:
+        self._kinematics, self._links = kinematics, links
+        self._base = base_link(kinematics, group)
+        indices = kinematics.group_indices(group)
+        self.low, self.high = sampling_range(kinematics.lower[indices], kinematics.upper[indices])
+        rng = np.random.default_rng(0)
+        self.samples: Matrix = rng.uniform(self.low, self.high, (size, len(indices)))
+        self._poses: Matrix = np.empty((size, len(links), 4, 4))
+        q = kinematics.default()
+        for row, values in enumerate(self.samples):
+            self._poses[row] = self._relative(kinematics.insert(q, group, values))
+        spread = self._poses[:, :, :3, 3].std(axis=0).max(initial=0.0)
+        self._length = max(float(spread), 1e-3)
+
+    def _relative(self, q: Vector) -> Matrix:
+        base, *poses = self._kinematics.link_poses(q, (self._base, *self._links))
+        relative: Matrix = inverse_pose(base) @ np.array(poses)
+        return relative
+
+    def best_first(
+        self, targets: Matrix, q: Vector, count: int, *, position_only: bool = False
+    ) -> Matrix:
+        """
+        Return the samples (count, m) whose poses are nearest to the targets.
+
+        :param targets: (links, 4, 4) wanted poses in the model frame.
+        :param q: (n,) state of the joints outside the group.
+        :param position_only: leave orientations out.
+        """
+        base = self._kinematics.link_pose(q, self._base)
+        wanted = inverse_pose(base) @ targets
+        difference = self._poses - wanted
+        cost = (difference[:, :, :3, 3] ** 2).sum(axis=(1, 2)) / self._length**2
+        if not position_only:
+            # |R1 - R2|^2 = 8 sin^2(angle / 2) in the Frobenius norm.
+            cost += (difference[:, :, :3, :3] ** 2).sum(axis=(1, 2, 3)) / 2.0
+        if count >= len(cost):
+            order = np.argsort(cost, kind='stable')
+        else:
+            order = np.argpartition(cost, count)[:count]
+            order = order[np.argsort(cost[order], kind='stable')]
+        best: Matrix = self.samples[order]
+        return best
+
+
+def base_link(kinematics: KinematicModel, group: str) -> str:
+    """Return the link that carries the first of a group's active joints."""
+    robot = kinematics.robot
+    active = robot.semantic.groups[group].active_joints
+    return robot.joints[active[0]].parent if active else robot.root_link
+
+
+def sampling_range(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
+    """
+    Return finite bounds to sample between; where a turn or more is free, a turn about 0.
+
+    :param lower: (m,) [rad or m], may be infinite.
+    :param upper: (m,) [rad or m], may be infinite.
+    """
+    low, high = lower.copy(), upper.copy()
+    wide = upper - lower >= 2.0 * math.pi
+    with_zero = wide & (lower <= -math.pi) & (upper >= math.pi)
+    low[with_zero], high[with_zero] = -math.pi, math.pi
+    for bound, other, sign in ((low, high, -1.0), (high, low, 1.0)):
+        endless = ~np.isfinite(bound)
+        bound[endless] = other[endless] + sign * 2.0 * math.pi
+    return low, high

@@ -41,8 +41,7 @@ class KinematicTree:
             pose = offset @ joint.origin
             if joint.movable:
                 added = self.model.addJoint(
-                    carrier, _joint_model(joint), pin.SE3(pose), joint.name
-                )
+                    carrier, _joint_model(joint), pin.SE3(pose), joint.name)
                 self._place(joint.child, added, np.eye(4))
             else:
                 self._place(joint.child, carrier, pose)
@@ -50,8 +49,7 @@ class KinematicTree:
     def _place(self, link: str, carrier: int, offset: Matrix) -> None:
         self.places[link] = (carrier, offset)
         self.frames[link] = self.model.addFrame(
-            pin.Frame(f'link {link}', carrier, pin.SE3(offset), pin.FrameType.BODY)
-        )
+            pin.Frame(f'link {link}', carrier, pin.SE3(offset), pin.FrameType.BODY))
 
 
 def mimic_rules(robot: RobotModel) -> tuple[tuple[int, int, float, float], ...]:
@@ -122,8 +120,7 @@ class KinematicModel:
     def default(self) -> Vector:
         """Return q with every joint at its default: 0 where allowed, else mid range."""
         return self.apply_mimic(
-            np.array([self.robot.default_position(name) for name in self.names], float)
-        )
+            np.array([self.robot.default_position(name) for name in self.names], float))
 
     def index(self, joint: str) -> int:
         """Return the place of a movable joint in q; PlanningError names the known joints."""
@@ -150,8 +147,7 @@ class KinematicModel:
             if not np.isfinite(value):
                 raise PlanningError(
                     MoveItErrorCode.INVALID_ROBOT_STATE,
-                    f"position {value} of joint '{name}' is not a finite number",
-                )
+                    f"position {value} of joint '{name}' is not a finite number")
             q[self.index(name)] = value
         return self.apply_mimic(q)
 
@@ -187,8 +183,7 @@ class KinematicModel:
                     MoveItErrorCode.INVALID_GROUP_NAME,
                     f"planning group '{group}' is not in the SRDF of robot "
                     f"'{self.robot.name}'; known groups: {', '.join(known) or 'none'}"
-                    f'{hint and "; "}{hint}',
-                )
+                    f'{hint and "; "}{hint}')
             names = self.robot.semantic.groups[group].active_joints
             found = np.array([self._indices[name] for name in names], dtype=np.int64)
             self._groups[group] = found
@@ -340,8 +335,7 @@ class KinematicModel:
         """
         frame = self.frame_index(link)
         full = pin.computeFrameJacobian(
-            self.model, self.data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
+            self.model, self.data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         result: Matrix = full @ self.gradient(group)
         return result
 

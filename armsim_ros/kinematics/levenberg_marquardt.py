@@ -72,12 +72,8 @@ class LevenbergMarquardt:
     PATIENT_WINDOW, PATIENT_RATIO = 8, 0.8
 
     def __init__(
-        self,
-        kinematics: KinematicModel,
-        group: str,
-        variables: Indices,
-        tasks: tuple[PoseTask, ...],
-        convergence: Convergence,
+        self, kinematics: KinematicModel, group: str, variables: Indices,
+        tasks: tuple[PoseTask, ...], convergence: Convergence
     ) -> None:
         self._kinematics = kinematics
         self._indices = kinematics.group_indices(group)[variables]
@@ -86,8 +82,7 @@ class LevenbergMarquardt:
         self._gradient = kinematics.gradient(group)[:, variables]
         self._plain = bool((self._gradient.sum(axis=1) == self._gradient.any(axis=1)).all()
                            and self._gradient.sum() == len(self._indices))
-        self._tasks = tasks
-        self._convergence = convergence
+        self._tasks, self._convergence = tasks, convergence
         self._rows = sum(task.rows for task in tasks)
         #: Errors where the last descent ended [m], [rad].
         self.position_error = math.inf
@@ -208,8 +203,7 @@ def _task_jacobian(model: object, data: object, task: PoseTask) -> Matrix:
         local: Matrix = pin.getFrameJacobian(model, data, task.frame, pin.ReferenceFrame.LOCAL)
         return local
     aligned: Matrix = pin.getFrameJacobian(
-        model, data, task.frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    )
+        model, data, task.frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
     placement = pin.updateFramePlacement(model, data, task.frame)
     arm = placement.rotation @ task.point
     moved: Matrix = aligned[:3] - pin.skew(arm) @ aligned[3:]

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 import math
 
-from armsim_ros.config.move_group.kinematics import JointLimitOverrides, JointLimitsSettings
+from armsim_ros.config.kinematics import JointLimitOverrides, JointLimitsSettings
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
 
 
@@ -34,10 +34,7 @@ def _limited(joint: Joint, override: JointLimitOverrides) -> Joint:
         upper = upper if override.max_position is None else override.max_position
     velocity = math.inf if override.has_velocity_limits is False else limits.velocity
     return replace(joint, limits=replace(
-        limits,
-        lower=lower,
-        upper=upper,
+        limits, lower=lower, upper=upper,
         velocity=velocity if override.velocity is None else override.velocity,
         acceleration=math.inf if override.acceleration is None else override.acceleration,
-        jerk=math.inf if override.jerk is None else override.jerk,
-    ))
+        jerk=math.inf if override.jerk is None else override.jerk))

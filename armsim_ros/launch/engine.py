@@ -112,8 +112,7 @@ class Engine:
         self.is_dry = runner.is_dry
         self.status = 0
         self.files = KeptFiles()
-        self._runner = runner
-        self._report = report
+        self._runner, self._report = runner, report
         self._jobs: deque[Callable[[], None]] = deque()
         self._batch: list[tuple[ExecuteLocal, ProcessSpec]] = []
         self._timers: list[tuple[float, int, Callable[[], None]]] = []

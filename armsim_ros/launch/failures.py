@@ -27,8 +27,7 @@ class LaunchError(ArmsimError):
     """
 
     def __init__(self, what: str, where: Location | None = None) -> None:
-        self.what = what
-        self.where = where
+        self.what, self.where = what, where
         super().__init__(f'{where}: {what}' if where else what)
 
     def at(self, where: Location | None) -> LaunchError:

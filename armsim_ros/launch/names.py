@@ -33,8 +33,7 @@ class _Finder(MetaPathFinder, Loader):
     """Finds the modules of the table, and Python packages in the sources of ROS packages."""
 
     def __init__(self, lookup: Lookup, names: Sequence[str]) -> None:
-        self._lookup = lookup
-        self._names = names
+        self._lookup, self._names = lookup, names
         self.made: list[str] = []
 
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
@@ -104,8 +103,7 @@ class _First(MetaPathFinder):
     """Finds ours before folders of their names, such as launch/ under the working folder."""
 
     def __init__(self, finder: _Finder, names: Sequence[str]) -> None:
-        self._finder = finder
-        self._names = names
+        self._finder, self._names = finder, names
 
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
         if fullname.partition('.')[0] in self._names:

@@ -74,8 +74,7 @@ class DryRunner:
     is_busy = False
 
     def __init__(self, report: Report, is_known: Callable[[ProcessSpec], bool]) -> None:
-        self._report = report
-        self._is_known = is_known
+        self._report, self._is_known = report, is_known
         self._now = 0.0
         self._started = 0
         self._engine: Engine | None = None

@@ -174,8 +174,7 @@ class _CellReader:
     """Reads the robots of a cell and merges them."""
 
     def __init__(self, files: RobotFolder, own: RobotSettings) -> None:
-        self._files = files
-        self._own = own
+        self._files, self._own = files, own
         self._problems = list(own.remarks)
         self._cell, self._node = read_cell(files.urdf_file)
         self._read: dict[Path, tuple[RobotSettings, RobotModel | None]] = {}

@@ -51,9 +51,7 @@ class _Check:
 
     def __init__(self, settings: RobotSettings, model: RobotModel,
                  places: Mapping[str, Location]) -> None:
-        self._settings = settings
-        self._model = model
-        self._places = places
+        self._settings, self._model, self._places = settings, model, places
         self.problems: list[Problem] = []
 
     def controllers(self) -> None:
@@ -113,8 +111,7 @@ class _Check:
             ('servo gains', ('simulation', 'servo', 'gains'),
              self._settings.simulation.servo.gains),
             ('start tolerances', ('trajectory_execution', 'allowed_start_tolerance_joints'),
-             self._settings.trajectory_execution.allowed_start_tolerance_joints),
-        )
+             self._settings.trajectory_execution.allowed_start_tolerance_joints))
         for title, path, joints in paths:
             for joint in joints:
                 self._known_joint(title, joint, self._settings.locate(*path, joint),

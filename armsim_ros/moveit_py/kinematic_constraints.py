@@ -71,8 +71,7 @@ def construct_link_constraint(
 
 
 def pose_constraint(
-    link_name: str, frame: str, pose: Pose, position_tolerance: float,
-    orientation_tolerance: float
+    link_name: str, frame: str, pose: Pose, position_tolerance: float, orientation_tolerance: float
 ) -> Constraints:
     """Return constraints on the pose of a link, with tolerances [m] and [rad]."""
     place, turn = pose.position, pose.orientation

@@ -31,10 +31,10 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.parameters import ControllerManagerNode, MoveGroupParameters
-from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.program import make_context
+from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import GetPlanningScene
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
@@ -114,10 +114,8 @@ class MoveItCpp:
         self.execution = TrajectoryExecutionManager(context)
         self.octomap = OctomapMonitor(context, octomap_settings(context))
         self._kept += [
-            MonitoredPlanningScene(context),
-            TrajectoryExecutionEvent(context, self.execution),
-            Transforms(context),
-        ]
+            MonitoredPlanningScene(context), TrajectoryExecutionEvent(context, self.execution),
+            Transforms(context)]
         if provide_planning_service:
             self._kept.append(GetPlanningScene(context))
         self._scene_topics: list[Any] = []

@@ -20,9 +20,8 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.robot_model import Joint, JointType
 from armsim_ros.moveit_py.utils import logger
-from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.context import PlanningContext, PlanningSettings
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.settings import PlanningSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -267,8 +267,7 @@ class RobotState:
     # ---------------------------------------------------------------- whole states
 
     def set_from_ik(
-        self, joint_model_group_name: str, geometry_pose: Pose, tip_name: str,
-        timeout: float = 0.0
+        self, joint_model_group_name: str, geometry_pose: Pose, tip_name: str, timeout: float = 0.0
     ) -> bool:
         """
         Set a group so that a link has a pose; the search begins at this state.

@@ -42,8 +42,7 @@ class ExecutorProgram(ABC):
     NODE_OPTIONS: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
-        self._arguments = arguments
-        self._stop_wanted = stop_wanted
+        self._arguments, self._stop_wanted = arguments, stop_wanted
         self._executor: SingleThreadedExecutor | None = None
         self._cell, warnings = cell_of(arguments)
         # A simulation beside it reports the same about the same files.

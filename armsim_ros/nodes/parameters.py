@@ -143,9 +143,7 @@ def _descriptor(info: FieldInfo, kind: Parameter.Type, read_only: bool) -> Param
         descriptor.integer_range = [
             IntegerRange(
                 from_value=_INT64[0] if lower is None else int(lower),
-                to_value=_INT64[1] if upper is None else int(upper),
-                step=0,
-            )
+                to_value=_INT64[1] if upper is None else int(upper), step=0)
         ]
     return descriptor
 
@@ -186,9 +184,7 @@ class SettingsParameters(Generic[SettingsT]):
         objection: Callable[[SettingsT], str] | None = None
     ) -> None:
         """Declare all parameters; values from ``--ros-args`` win over the settings'."""
-        self.settings = settings
-        self._changed = changed
-        self._objection = objection
+        self.settings, self._changed, self._objection = settings, changed, objection
         self._entries = {entry.name: entry for entry in entries(settings)}
         overrides = []
         for entry in self._entries.values():

@@ -69,8 +69,7 @@ class KeptResults:
     """
 
     def __init__(self, server: ActionServer, most: int) -> None:
-        self._server = server
-        self._most = most
+        self._server, self._most = server, most
         self._ended: deque[ServerGoalHandle] = deque()
 
     def add(self, goal: ServerGoalHandle) -> None:

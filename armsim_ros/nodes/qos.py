@@ -156,8 +156,7 @@ class CalmSubscribers:
     """
 
     def __init__(self, node: Node, publisher: Publisher) -> None:
-        self._node = node
-        self._publisher = publisher
+        self._node, self._publisher = node, publisher
         self._count = -1
         self._searched_ns = 0
         self._calm = False

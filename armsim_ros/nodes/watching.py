@@ -38,9 +38,7 @@ class OverloadWatch:
         report: Callable[[str], None] = lambda line: _print(line)
     ) -> None:
         self.is_overloaded = False
-        self._program = program
-        self._read = read
-        self._report = report
+        self._program, self._read, self._report = program, read, report
         self._before: tuple[float, Times] | None = None
         self._reported_at: float | None = None
 

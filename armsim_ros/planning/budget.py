@@ -48,8 +48,7 @@ class Budget:
         """Raise PREEMPTED where the request was cancelled."""
         if self.cancelled():
             raise PlanningError(
-                MoveItErrorCode.PREEMPTED, 'the request was cancelled while planning', stage
-            )
+                MoveItErrorCode.PREEMPTED, 'the request was cancelled while planning', stage)
 
 
 #: Time that passes at each look [s].

@@ -18,13 +18,16 @@ from armsim_ros.model.robot_model import JointType
 from armsim_ros.model.transforms import matrix_from_quat_xyzw
 from armsim_ros.planning.constraint_terms import (
     ConstraintResult,
+    enabled,
     EPSILON,
     FixedTerm,
     Frame,
     JointTerm,
+    link_shapes,
     OrientationTerm,
     Poses,
     PositionTerm,
+    VisibilityTerm,
 )
 from armsim_ros.planning.request import (
     Constraints,
@@ -36,7 +39,6 @@ from armsim_ros.planning.request import (
     VisibilityConstraint,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.visibility import enabled, link_shapes, VisibilityTerm
 
 Term = JointTerm | PositionTerm | OrientationTerm | VisibilityTerm | FixedTerm
 
@@ -58,16 +60,14 @@ class ConstraintSet:
 
     def __init__(self, constraints: Constraints, scene: PlanningScene, log: Log) -> None:
         self._model = scene.kinematic_model
-        self._scene = scene
-        self._log = log
+        self._scene, self._log = scene, log
         #: Why constraints cannot be used.
         self.unusable: list[str] = []
         terms: list[Term] = [
             *map(self._joint, constraints.joint_constraints),
             *map(self._position, constraints.position_constraints),
             *map(self._orientation, constraints.orientation_constraints),
-            *map(self._visibility, constraints.visibility_constraints),
-        ]
+            *map(self._visibility, constraints.visibility_constraints)]
         self._terms = terms
         self.joints = [term for term in terms if isinstance(term, JointTerm)]
         self.positions = [term for term in terms if isinstance(term, PositionTerm)]
@@ -80,8 +80,7 @@ class ConstraintSet:
         self._fixed = np.concatenate([
             np.empty(0), *(term.residual() for term in terms if isinstance(term, FixedTerm))])
         self._links = tuple(dict.fromkeys(
-            link for term in self._pose_terms for link in (term.target.link, term.frame.link)
-        ))
+            link for term in self._pose_terms for link in (term.target.link, term.frame.link)))
         self._links_in_view = tuple(dict.fromkeys(
             link for term in self._visibilities for link in term.links))
 
@@ -314,12 +313,8 @@ def merged(first: Constraints, second: Constraints, log: Log) -> Constraints:
         position = min(max(mean, low), high)
         joints[each.joint_name] = JointConstraint(
             each.joint_name, position, high - position, position - low,
-            0.5 * (before.weight + each.weight),
-        )
+            0.5 * (before.weight + each.weight))
     return Constraints(
-        tuple(joints.values()),
-        first.position_constraints + second.position_constraints,
+        tuple(joints.values()), first.position_constraints + second.position_constraints,
         first.orientation_constraints + second.orientation_constraints,
-        first.visibility_constraints + second.visibility_constraints,
-        first.name or second.name,
-    )
+        first.visibility_constraints + second.visibility_constraints, first.name or second.name)

@@ -77,8 +77,7 @@ def run_pipeline(
     problem = SearchProblem(
         validity, start, tuple(states), planner, rng, budget, context.log,
         context.settings.fine_step, _attempts(context, request),
-        context.settings.path_tolerance,
-    )
+        context.settings.path_tolerance)
     path, motion = find_motion(problem, limits, speed_limit)
     return first.then(motion).trajectory(validity.joint_names), path_length(path)
 
@@ -103,8 +102,7 @@ def _goal_sets(
             MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
             'the request has no usable goal constraint: '
             + ('; '.join(reasons) or 'goal_constraints is empty'),
-            'goal constraints',
-        )
+            'goal constraints')
     log.pass_to(context.log)
     return usable
 
@@ -127,8 +125,7 @@ def _check_group(context: PlanningContext, name: str) -> None:
     if not len(context.model.group_indices(name)):
         raise PlanningError(
             MoveItErrorCode.INVALID_GROUP_NAME,
-            f"planning group '{name}' has no joint that can be moved", _SOURCE,
-        )
+            f"planning group '{name}' has no joint that can be moved", _SOURCE)
 
 
 def _pipeline(context: PlanningContext, request: MotionPlanRequest) -> str:
@@ -139,8 +136,7 @@ def _pipeline(context: PlanningContext, request: MotionPlanRequest) -> str:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
             f"planning pipeline '{wanted}' is not known; {nearest(wanted, known)} "
-            f'known: {", ".join(known)}', _SOURCE,
-        )
+            f'known: {", ".join(known)}', _SOURCE)
     if request.has_trajectory_constraints:
         reason = 'trajectory_constraints are not supported; use path_constraints'
         if wanted == PILZ:
@@ -155,14 +151,12 @@ def planning_time(context: PlanningContext, request: MotionPlanRequest) -> float
     if LONGEST_PLANNING_TIME < wanted < math.inf:
         context.log.warning(
             f'allowed_planning_time is {wanted:g} s: using {LONGEST_PLANNING_TIME:g} s, as '
-            'others wait meanwhile'
-        )
+            'others wait meanwhile')
         return LONGEST_PLANNING_TIME
     if 0.0 < wanted < math.inf:
         return wanted
     context.log.info(
-        f'allowed_planning_time is {request.allowed_planning_time:g}: using {_DEFAULT_TIME} s'
-    )
+        f'allowed_planning_time is {request.allowed_planning_time:g}: using {_DEFAULT_TIME} s')
     return _DEFAULT_TIME
 
 
@@ -170,6 +164,5 @@ def _attempts(context: PlanningContext, request: MotionPlanRequest) -> int:
     """Return how often to search."""
     if request.num_planning_attempts < 0:
         context.log.error(
-            f'num_planning_attempts is {request.num_planning_attempts}: using 1'
-        )
+            f'num_planning_attempts is {request.num_planning_attempts}: using 1')
     return max(1, request.num_planning_attempts)

@@ -13,10 +13,10 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.inverse import end_of
 from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
-from armsim_ros.planning.cartesian.cartesian_path import plan_cartesian
+from armsim_ros.planning.cartesian_path import plan_cartesian
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.constraints import ConstraintSet, merged
-from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.context import PlanningContext, PlanningSettings
 from armsim_ros.planning.pilz.sequence import join, plan_items, SequenceItem, SequenceResponse
 from armsim_ros.planning.pilz.sequence import SOURCE as SEQUENCE
 from armsim_ros.planning.pipeline import planning_time, run_pipeline
@@ -36,7 +36,6 @@ from armsim_ros.planning.request import (
     MotionPlanResponse,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.settings import PlanningSettings
 from armsim_ros.planning.start_state import requested_scene
 from armsim_ros.planning.timing.time_parameterization import warm_up
 from armsim_ros.trajectory import JointTrajectory
@@ -128,12 +127,10 @@ class MotionPlanner:
                     MoveItErrorCode(error.code), '; '.join(filter(None, (str(error), refused))),
                     source, JointTrajectory(()),
                     positions, request.group_name, clock() - began,
-                    contacts=tuple(item for item in error.contacts if isinstance(item, Contact)),
-                )
+                    contacts=tuple(item for item in error.contacts if isinstance(item, Contact)))
             return MotionPlanResponse(
                 MoveItErrorCode.SUCCESS, refused, 'planning scene' if refused else '', trajectory,
-                positions, request.group_name, max(clock() - began, 1e-9), length,
-            )
+                positions, request.group_name, max(clock() - began, 1e-9), length)
 
     def plan_sequence(
         self, items: Sequence[SequenceItem], scene: PlanningScene, *,
@@ -151,23 +148,20 @@ class MotionPlanner:
         try:
             requests, answers = plan_items(
                 items, pipeline or items[0].request.pipeline_id,
-                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled),
-            )
+                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled))
             with self._request() as context:
                 runs = join(context, items, requests, answers, scene)
         except PlanningError as error:
             source = error.source or SEQUENCE
             self._report(source, error)
             return SequenceResponse(
-                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began
-            )
+                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began)
         return SequenceResponse(
             message=answers[0].message, source=answers[0].source,
             trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
             requests=tuple(run.request for run in runs),
             start=answers[0].trajectory_start,
-            planning_time=max(clock() - began, 1e-9), plans=answers,
-        )
+            planning_time=max(clock() - began, 1e-9), plans=answers)
 
     def cartesian_path(
         self, request: CartesianRequest, scene: PlanningScene, *,
@@ -239,5 +233,4 @@ class MotionPlanner:
                 and ConstraintSet(
                     merged(goal, request.path_constraints, context.log), scene, context.log,
                 ).satisfied(scene.q)
-                for goal in request.goal_constraints
-            )
+                for goal in request.goal_constraints)

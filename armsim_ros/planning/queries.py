@@ -117,8 +117,7 @@ def check_state(
 
 
 def solve_ik(
-    context: PlanningContext, request: IKRequest, scene: PlanningScene,
-    clock: Callable[[], float],
+    context: PlanningContext, request: IKRequest, scene: PlanningScene, clock: Callable[[], float]
 ) -> Generator[None, None, IKResponse]:
     """
     Return joint positions that put links where they are wanted, or why there are none.
@@ -133,8 +132,7 @@ def solve_ik(
 
 
 def _solve_ik(
-    context: PlanningContext, request: IKRequest, scene: PlanningScene,
-    clock: Callable[[], float],
+    context: PlanningContext, request: IKRequest, scene: PlanningScene, clock: Callable[[], float]
 ) -> Generator[None, None, IKResponse]:
     group = request.group_name
     model = context.model
@@ -177,8 +175,7 @@ def _ik_timeout(context: PlanningContext, request: IKRequest) -> float:
     if request.timeout > LONGEST_IK_TIMEOUT:
         context.log.warning(
             f'compute_ik: a timeout of {request.timeout:g} s is asked for; '
-            f'using {LONGEST_IK_TIMEOUT:g} s'
-        )
+            f'using {LONGEST_IK_TIMEOUT:g} s')
     return min(request.timeout, LONGEST_IK_TIMEOUT)
 
 

@@ -239,8 +239,7 @@ class Constraints:
             position_constraints=(PositionConstraint(link_name, (region,), frame_id),),
             orientation_constraints=(OrientationConstraint(
                 link_name, (x, y, z, w), (orientation_tolerance,) * 3, frame_id,
-                Parameterization.ROTATION_VECTOR),),
-        )
+                Parameterization.ROTATION_VECTOR),))
 
     @property
     def empty(self) -> bool:
@@ -249,8 +248,7 @@ class Constraints:
             self.joint_constraints
             or self.position_constraints
             or self.orientation_constraints
-            or self.visibility_constraints
-        )
+            or self.visibility_constraints)
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,14 +67,12 @@ def _bounded_start(
                 f"joint '{name}' starts at {value:.5f}, outside its limits {low:.5f} .. "
                 f'{high:.5f} by {beyond:.5f}; move the robot back by hand, or allow it with '
                 'start_state_max_bounds_error',
-                'CheckStartStateBounds',
-            )
+                'CheckStartStateBounds')
         q[index] = min(max(value, low), high)
         if beyond > ROUNDING:
             log.warning(
                 f"joint '{name}' starts at {value:.5f}, beyond its limit: planning from "
-                f'{float(q[index]):.5f}'
-            )
+                f'{float(q[index]):.5f}')
     return model.apply_mimic(q)
 
 
@@ -91,15 +89,13 @@ def check_start(validity: StateValidity, start: Vector) -> None:
             MoveItErrorCode.START_STATE_IN_COLLISION,
             f'the start state collides: {validity.touching(start)}; move the robot or the '
             'object, or allow the pair in the allowed collision matrix',
-            'CheckStartStateCollision', validity.contacts(start),
-        )
+            'CheckStartStateCollision', validity.contacts(start))
     if not validity.constrained(start):
         raise PlanningError(
             MoveItErrorCode.START_STATE_VIOLATES_PATH_CONSTRAINTS,
             f'the start state violates the path constraints: {validity.why_not(start)}; move to '
             'a state that keeps them first, or widen them',
-            'CheckStartStatePathConstraints',
-        )
+            'CheckStartStatePathConstraints')
 
 
 class StartRepairs:
@@ -118,10 +114,7 @@ class StartRepairs:
         self, context: PlanningContext, request: MotionPlanRequest, limits: MotionLimits,
         rng: np.random.Generator, budget: Budget,
     ) -> None:
-        self._context = context
-        self._request = request
-        self._limits = limits
-        self._rng = rng
+        self._context, self._request, self._limits, self._rng = context, request, limits, rng
         self._budget = budget
 
     def run(
@@ -154,13 +147,11 @@ class StartRepairs:
             if validity.free(near):
                 log.warning(
                     f'the start state collides ({validity.touching(start)}): moving out of it '
-                    f'first, by at most {float(np.max(np.abs(near - start))):.4f} in a joint'
-                )
+                    f'first, by at most {float(np.max(np.abs(near - start))):.4f} in a joint')
                 return near
         log.warning(
             f'the start state collides and none of {settings.max_sampling_attempts} states '
-            f'within {settings.jiggle_fraction:g} of the joint ranges is free'
-        )
+            f'within {settings.jiggle_fraction:g} of the joint ranges is free')
         return None
 
     def _to_constraints(
@@ -172,16 +163,13 @@ class StartRepairs:
         began = context.model.insert(scene.q, group, start)
         kept = ConstraintSet(self._request.path_constraints, scene, context.log)
         sampler = GoalSampler(
-            context.model, context.inverse(group), unbound, began, self._rng
-        )
+            context.model, context.inverse(group), unbound, began, self._rng)
         goals = sampler.sample([kept], self._budget)
         problem = SearchProblem(
             unbound, start, tuple(goals), PlannerChoice(), self._rng, self._budget, context.log,
-            context.settings.fine_step,
-        )
+            context.settings.fine_step)
         _, motion = find_motion(problem, self._limits)
         context.log.warning(
             f'the start state violates the path constraints ({validity.why_not(start)}): moving '
-            'to a state that keeps them first'
-        )
+            'to a state that keeps them first')
         return motion

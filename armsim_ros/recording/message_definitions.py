@@ -19,8 +19,7 @@ _SEPARATOR = '=' * 80
 _FIELD = re.compile(r'^([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[a-z]\w*', re.MULTILINE)
 _PLAIN = frozenset((
     'bool', 'byte', 'char', 'float32', 'float64', 'string', 'wstring',
-    *(f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)),
-))
+    *(f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64))))
 
 
 @lru_cache

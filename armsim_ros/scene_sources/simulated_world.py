@@ -18,7 +18,7 @@ import threading
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import PlanningError

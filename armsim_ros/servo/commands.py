@@ -130,15 +130,10 @@ TEXTS: dict[ServoStatus, str] = {
 }
 
 _PRECEDENCE = (
-    ServoStatus.INVALID,
-    ServoStatus.HALT_FOR_COLLISION,
-    ServoStatus.DECELERATE_FOR_COLLISION,
-    ServoStatus.JOINT_BOUND,
-    ServoStatus.HALT_FOR_SINGULARITY,
+    ServoStatus.INVALID, ServoStatus.HALT_FOR_COLLISION, ServoStatus.DECELERATE_FOR_COLLISION,
+    ServoStatus.JOINT_BOUND, ServoStatus.HALT_FOR_SINGULARITY,
     ServoStatus.DECELERATE_FOR_APPROACHING_SINGULARITY,
-    ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY,
-    ServoStatus.NO_WARNING,
-)
+    ServoStatus.DECELERATE_FOR_LEAVING_SINGULARITY, ServoStatus.NO_WARNING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,14 +270,12 @@ class CommandInbox:
         if kind is not self.type:
             return (
                 f'a {kind.name} command came and {self.type.name} is chosen; call {_SERVICE} '
-                f'with {kind.value}'
-            )
+                f'with {kind.value}')
         if stamp_ns:
             behind = now_ns - stamp_ns
             if behind > self.timeout_ns or -behind > FARTHEST_AHEAD_NS:
                 side = 'behind' if behind > 0 else 'ahead of'
                 return (
                     f'header.stamp is {abs(behind) * 1e-9:.3f} s {side} the clock of servo_node; '
-                    'set use_sim_time alike on both sides, or send stamp 0'
-                )
+                    'set use_sim_time alike on both sides, or send stamp 0')
         return ''

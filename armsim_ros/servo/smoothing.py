@@ -104,8 +104,7 @@ class AccelerationFilter(SmoothingFilter):
         """Keep the bounds."""
         self._fastest = velocity
         self._change = acceleration * period
-        self._acceleration = acceleration
-        self._period = period
+        self._acceleration, self._period = acceleration, period
         self.restart(np.zeros(len(velocity)))
 
     def restart(self, positions: Vector) -> None:

@@ -239,9 +239,7 @@ class Proximity:
         self, checker: CollisionChecker, group: str, self_threshold: float, scene_threshold: float
     ) -> None:
         """Keep the thresholds."""
-        self._checker = checker
-        self._group = group
-        self._self_threshold = self_threshold
+        self._checker, self._group, self._self_threshold = checker, group, self_threshold
         self._scene_threshold = scene_threshold
         self._clear: ClearStates | None = None
         self._slowed = False

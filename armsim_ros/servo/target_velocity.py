@@ -65,8 +65,7 @@ class TargetVelocity:
         self, kinematics: KinematicModel, scene: PlanningScene, group: str, subgroup: str = ''
     ) -> None:
         """Look the joints up."""
-        self._kinematics = kinematics
-        self._scene = scene
+        self._kinematics, self._scene = kinematics, scene
         self._moving = subgroup or group
         self.indices = kinematics.group_indices(group)
         moving = kinematics.group_indices(self._moving)

@@ -58,8 +58,7 @@ class TrajectoryWindow:
 
     def __init__(self, joint_names: tuple[str, ...], latency_ns: int) -> None:
         """Start empty."""
-        self._joint_names = joint_names
-        self._latency_ns = latency_ns
+        self._joint_names, self._latency_ns = joint_names, latency_ns
         self._points: deque[tuple[int, StreamState]] = deque()
 
     def start(self, now_ns: int, state: StreamState) -> None:

@@ -25,13 +25,13 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.world import is_foreign_world
+from armsim_ros.control.arm_state import ArmState
 from armsim_ros.control.controllers import ManagerGroup
 from armsim_ros.control.faults import FaultInjector, FaultyControllers
 from armsim_ros.control.hardware_interface import HardwareInterface, POSITION, SharedHardware
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.control.safety.arm_state import ArmState
-from armsim_ros.control.safety.monitor import StopMonitor
+from armsim_ros.control.stop_monitor import StopMonitor
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ConfigError, ControllerError, Problem, SimulationError
 from armsim_ros.model.cell import Cell, Robot
@@ -41,8 +41,8 @@ from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.external_loads import ExternalLoads
 from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 from armsim_ros.sim.simulation import Simulation
-from armsim_ros.sim.world_files.loaded import LoadedWorld
-from armsim_ros.sim.world_files.resources import WorldResources
+from armsim_ros.sim.world.loaded_world import LoadedWorld
+from armsim_ros.sim.world.resources import WorldResources
 from armsim_ros.vendors import find_vendor, Vendor
 
 #: So far before its position a finger presses with all its effort [m].

@@ -108,8 +108,7 @@ def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:
         name=name, body=body, mount=tuple(mount.ravel().tolist()), parent=link,
         width=settings.width, height=settings.height,
         focal=settings.focal_length * settings.height, range=settings.range,
-        period_ns=round(1e9 / settings.rate),
-    )
+        period_ns=round(1e9 / settings.rate))
 
 
 Depths = NDArray[np.float32]

@@ -31,8 +31,7 @@ class SimClock:
     ) -> None:
         if step_ns <= 0:
             raise ValueError(f'step_ns must be positive, not {step_ns}')
-        self.step_ns = step_ns
-        self.start_ns = start_ns
+        self.step_ns, self.start_ns = step_ns, start_ns
         self.on_change: Callable[[], object] = lambda: None
         self.paused = paused
         self.steps = 0

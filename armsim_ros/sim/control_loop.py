@@ -99,8 +99,7 @@ class ControlLoop:
         self._longest_motion = MOST_PLANNED
         #: Whether there may be something new for the controllers since the plan was made.
         self._news = False
-        self._pacer = pacer
-        self._priority = priority
+        self._pacer, self._priority = pacer, priority
         self._alarm: Alarm | None = None
         self._requests: Mailbox[tuple[Callable[[], Any], Future[Any]]] = Mailbox(self._wake)
         controllers.wake_with(self._wake)

@@ -153,9 +153,7 @@ class Pacer:
         catch_up_ns: int = 100_000_000, catch_up_at_start_ns: int = 0, alarm: Alarm | None = None
     ) -> None:
         self.alarm: Alarm = alarm or Bell()
-        self._clock = clock
-        self._sleep = sleep
-        self._spin_ns = spin_ns
+        self._clock, self._sleep, self._spin_ns = clock, sleep, spin_ns
         self._catch_up_ns = catch_up_ns
         self._catch_up_at_start_ns = max(catch_up_at_start_ns, catch_up_ns)
         self._lateness = array('q', bytes(8 * HISTORY))

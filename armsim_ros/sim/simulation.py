@@ -29,14 +29,14 @@ from armsim_ros.sim.drives.drive_modes import MockCommands, offered_commands, of
 from armsim_ros.sim.drives.placeholder_efforts import with_sufficient_efforts
 from armsim_ros.sim.drives.reference import fingers_driven
 from armsim_ros.sim.drives.servo import Servo
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.physics.mujoco_model import build_plant, Ground
 from armsim_ros.sim.physics.plant import Plant
 from armsim_ros.sim.physics.saved_state import RestorableSimulation
 from armsim_ros.sim.sensors import Sensors, sensors_of, SimulatedLinks
+from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.hull_overlaps import resolve_overlaps
+from armsim_ros.sim.world.loaded_world import LoadedWorld
 from armsim_ros.sim.world.world_scene import WorldScene
-from armsim_ros.sim.world_files.loaded import LoadedWorld
 
 #: In a control period of so many physics steps the dynamics is interpolated between its ends.
 LONG_PERIOD = 20
@@ -89,8 +89,7 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
         self._driven_views = None
         if isinstance(self._active, slice):
             self._driven_views = (
-                _part(self.command, self._active), _part(self.feedforward, self._active)
-            )
+                _part(self.command, self._active), _part(self.feedforward, self._active))
         self._plant = Plant(
             spec, self.joint_names, self.state, self._active, fingers_driven(model))
         self._bounded = self.effort_bound.tobytes()
@@ -147,12 +146,8 @@ class Simulation(SimulatedLinks, RestorableSimulation, HardwareInterface):
     def warnings(self) -> tuple[str, ...]:
         """What the user should know of robot, world and gains; a line each."""
         return (
-            *self._world_lines,
-            *self._effort_lines,
-            *self._plant.spec.warnings,
-            *self._servo.stiffness_warnings(),
-            *self._overlaps,
-        )
+            *self._world_lines, *self._effort_lines, *self._plant.spec.warnings,
+            *self._servo.stiffness_warnings(), *self._overlaps)
 
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """

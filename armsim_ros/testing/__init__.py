@@ -31,12 +31,8 @@ _LAZY = {
 }
 
 __all__ = [
-    'assert_holds',
-    'assert_no_collision',
-    'assert_no_contact',
-    'assert_reached',
-    'assert_rejected',
-]
+    'assert_holds', 'assert_no_collision', 'assert_no_contact', 'assert_reached',
+    'assert_rejected']
 
 
 def __getattr__(name: str) -> Any:

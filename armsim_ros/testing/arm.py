@@ -177,8 +177,7 @@ class Arm(ABC):
         (px, py, pz), (roll, pitch, yaw) = xyz, rpy
         self._spawn(name, WorldObjectSettings(
             parts=[PartSettings(shape=shape or box)],
-            xyz=(px, py, pz), rpy=(roll, pitch, yaw), mass=mass, friction=friction,
-        ))
+            xyz=(px, py, pz), rpy=(roll, pitch, yaw), mass=mass, friction=friction))
 
     @abstractmethod
     def _spawn(self, name: str, item: WorldObjectSettings) -> None:

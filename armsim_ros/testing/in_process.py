@@ -15,15 +15,15 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
-from armsim_ros.control.gripper.gripper_controller import GripperBase
+from armsim_ros.control.command_controllers.gripper_controller import GripperBase
 from armsim_ros.control.mailbox import ControllerEvent
 from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.world_objects import object_from_settings
 from armsim_ros.recording.flight_recorder import FlightRecorder
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
 from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 

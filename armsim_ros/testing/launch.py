@@ -64,6 +64,4 @@ def bringup(*arguments: str, on_ready: Sequence[Any] = (), domain: int | None = 
         SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'),
         SetEnvironmentVariable('PYTHONUNBUFFERED', '1'),
         RegisterEventHandler(OnProcessIO(target_action=program, on_stdout=look, on_stderr=look)),
-        RegisterEventHandler(OnProcessExit(target_action=program, on_exit=ended)),
-        program,
-    ])
+        RegisterEventHandler(OnProcessExit(target_action=program, on_exit=ended)), program])

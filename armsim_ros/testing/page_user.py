@@ -25,8 +25,7 @@ _LOOK = 60
 _FLAGS = (
     '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync',
-    '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-)
+    '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 
 def chromium_path() -> str | None:

@@ -30,9 +30,7 @@ class RobotUser:
     """
 
     def __init__(self, client: ClientNode, program: Program, namespace: str) -> None:
-        self.client = client
-        self.program = program
-        self.namespace = namespace
+        self.client, self.program, self.namespace = client, program, namespace
         self.move_group = MoveGroupClient(client)
         self._joint_states = client.collect(f'{namespace}/joint_states', JointState, 1)
 

@@ -23,13 +23,9 @@ from armsim_ros.testing.robot_user import RobotUser
 #: Everything that a scene consists of but the robot's state.
 _SCENE = PlanningSceneComponents(components=sum((
     PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS,
-    PlanningSceneComponents.WORLD_OBJECT_NAMES,
-    PlanningSceneComponents.WORLD_OBJECT_GEOMETRY,
-    PlanningSceneComponents.TRANSFORMS,
-    PlanningSceneComponents.ALLOWED_COLLISION_MATRIX,
-    PlanningSceneComponents.LINK_PADDING_AND_SCALING,
-    PlanningSceneComponents.OBJECT_COLORS,
-)))
+    PlanningSceneComponents.WORLD_OBJECT_NAMES, PlanningSceneComponents.WORLD_OBJECT_GEOMETRY,
+    PlanningSceneComponents.TRANSFORMS, PlanningSceneComponents.ALLOWED_COLLISION_MATRIX,
+    PlanningSceneComponents.LINK_PADDING_AND_SCALING, PlanningSceneComponents.OBJECT_COLORS)))
 _SERVICES = {
     '/apply_planning_scene': ApplyPlanningScene, '/get_planning_scene': GetPlanningScene,
     '/reset_simulation': ResetSimulation, '/set_simulation_state': SetSimulationState,

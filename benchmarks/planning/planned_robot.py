@@ -9,9 +9,9 @@ from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.log import Log
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.settings import settings_from_config
 
 
 def kinematics_of(robot: str) -> KinematicModel:

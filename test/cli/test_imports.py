@@ -17,7 +17,7 @@ CORE = {f'armsim_ros.{room}' for room in (
 @pytest.mark.parametrize(('module', 'unwanted'), [
     ('nodes.bringup.main', PLANNING | PHYSICS | CORE | {'rclpy', 'numpy', 'yaml'}),
     ('nodes.upstream.main', PLANNING | PHYSICS | CORE | {'rclpy', 'numpy', 'yaml'}),
-    ('nodes.spawner.main', PLANNING | PHYSICS | {'rclpy.action', 'numpy', 'pydantic'}),
+    ('nodes.upstream.spawner', PLANNING | PHYSICS | {'rclpy.action', 'numpy', 'pydantic'}),
     ('nodes.verbs.state', PLANNING | PHYSICS | CORE | {'rclpy.action', 'pydantic'}),
     ('nodes.verbs.stop', PLANNING | PHYSICS | CORE | {'rclpy.action', 'pydantic'}),
     ('nodes.bridge.program', PLANNING | PHYSICS | CORE | {'armsim_ros.planning', 'pydantic'}),

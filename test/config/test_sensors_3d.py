@@ -4,7 +4,7 @@
 
 import pytest
 
-from armsim_ros.config.move_group.sensors_3d import DepthImageSensor, PointCloudSensor
+from armsim_ros.config.sensors_3d import DepthImageSensor, PointCloudSensor
 from armsim_ros.errors import ConfigError
 
 USUAL = """

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.controller_selection import (
     controlled_joints,

@@ -5,9 +5,9 @@
 import numpy as np
 import pytest
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
-from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
+from armsim_ros.execution.controller_selection import gripper_target, parallel_gripper_target
 from armsim_ros.trajectory import JointTrajectory
 
 

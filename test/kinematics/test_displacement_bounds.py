@@ -7,8 +7,7 @@ import pinocchio as pin
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.kinematics.displacement_bounds import DisplacementBounds
-from armsim_ros.kinematics.joint_frames import JointFrames
+from armsim_ros.kinematics.displacement_bounds import DisplacementBounds, JointFrames
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import corner_points
 from armsim_ros.model.loading import load_robot_model

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from armsim_ros.config.move_group.kinematics import JointLimitOverrides, JointLimitsSettings
+from armsim_ros.config.kinematics import JointLimitOverrides, JointLimitsSettings
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.robot_model import (
     Joint,

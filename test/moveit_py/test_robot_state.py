@@ -12,7 +12,7 @@ import pytest
 from armsim_ros.config.robot_folder import find_files
 from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics import inverse
-from armsim_ros.kinematics.start_table import StartTable
+from armsim_ros.kinematics.inverse import StartTable
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.moveit_py import robot_state
 from moveit.core.robot_model import RobotModel

@@ -10,10 +10,10 @@ from six_axis_requests import joint_goal, LEFT, request, RIGHT, SIX, WALL
 from trajectory_judge import between, judge, poses
 
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.planning.search.planners import PlannerTable
-from armsim_ros.planning.settings import PlanningSettings
 
 
 def test_free_motion_is_the_straight_line(six_scene, plan_for, clock):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.queries import IKRequest, LinkPose
 from armsim_ros.planning.request import Constraints, JointConstraint
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import PlanningSettings
 
 SIX = tuple(f'axis{k}' for k in range(1, 7))
 BENT = (0.3, 0.7, 1.2, 0.2, 0.9, 0.1)

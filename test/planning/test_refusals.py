@@ -14,6 +14,7 @@ from small_arms import two_six_axis_arms
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import (
     Constraints,
@@ -23,7 +24,6 @@ from armsim_ros.planning.request import (
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import PlanningSettings
 
 
 @pytest.mark.parametrize(('changes', 'code', 'words'), [

@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_parts
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.settings import settings_from_config
 
 GROUP = 'manipulator'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

@@ -13,6 +13,7 @@ from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.collision.collision_model import CollisionChecker
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import (
     CartesianRequest,
@@ -22,7 +23,6 @@ from armsim_ros.planning.request import (
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import settings_from_config
 
 GROUP = 'manipulator'
 

@@ -5,7 +5,7 @@
 from functools import cache
 import os
 
-from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError
+from armsim_ros.nodes.camera.program import choose_backend, NoRenderingError
 
 
 @cache

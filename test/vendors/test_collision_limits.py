@@ -15,7 +15,7 @@ from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WorldObject
 from armsim_ros.sim.external_loads import ExternalLoads
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
+from armsim_ros.sim.vacuum_control import VacuumControl
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 

@@ -12,9 +12,9 @@ from direct_nodes import Node, Nodes
 import numpy as np
 import pytest
 
-from armsim_ros.control.safety.arm_state import Cause
-from armsim_ros.nodes.vendors.franka.services import ArmParameters, ParameterServices
-from armsim_ros.nodes.vendors.franka.state_broadcaster import errors_of, robot_mode, StateTopics
+from armsim_ros.control.arm_state import Cause
+from armsim_ros.nodes.vendors.franka_services import ArmParameters, ParameterServices
+from armsim_ros.nodes.vendors.franka_state_broadcaster import errors_of, robot_mode, StateTopics
 from armsim_ros.stack import ArmSim
 
 ARM, FLANGE = 'panda_arm_controller', 'panda_link8'

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from armsim_ros.control.arm_state import Mode
 from armsim_ros.control.mailbox import GoalStatus
-from armsim_ros.control.safety.arm_state import Mode
 from armsim_ros.stack import ArmSim
 from armsim_ros.trajectory import JointTrajectory
 

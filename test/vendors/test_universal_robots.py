@@ -12,9 +12,9 @@ from types import SimpleNamespace
 from direct_nodes import Node, Nodes
 import pytest
 
-from armsim_ros.nodes.vendors.universal_robots.dashboard import Dashboard, headless
-from armsim_ros.nodes.vendors.universal_robots.endpoints import IoAndStatus
-from armsim_ros.nodes.vendors.universal_robots.urscript import read_script, ScriptError
+from armsim_ros.nodes.vendors.ur_dashboard import Dashboard, headless
+from armsim_ros.nodes.vendors.ur_endpoints import IoAndStatus
+from armsim_ros.nodes.vendors.ur_urscript import read_script, ScriptError
 from armsim_ros.stack import ArmSim
 
 

@@ -209,8 +209,7 @@ STAND_INS: tuple[StandIn, ...] = (
     StandIn(re.compile(r'.*Broadcaster|.*/GPIOController|ur_controllers/\w+|picknik_\w+/\w+'),
             StandInParameters,
             "type '{type}' is replaced: it can be activated, claims nothing and publishes "
-            'nothing, but for what the arm has without it'),
-)
+            'nothing, but for what the arm has without it'))
 
 
 def stand_in_for(kind: str) -> StandIn | None:

@@ -31,8 +31,7 @@ LEGAL_COMMAND_SETS = (
     ('position', 'acceleration'),
     ('velocity',),
     ('effort',),
-    ('position', 'effort'),
-)
+    ('position', 'effort'))
 
 
 class JointConstraints(Settings):

@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
-from armsim_ros.control.broadcasters.broadcaster import SensorBroadcaster
+from armsim_ros.control.broadcaster import SensorBroadcaster
 from armsim_ros.control.mailbox import Mailbox, RepeatedWarning, STREAM_CAPACITY
 from armsim_ros.errors import ControllerError, nearest
 

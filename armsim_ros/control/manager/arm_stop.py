@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from armsim_ros.arrays import Vector
+from armsim_ros.control.arm_state import ArmState, Program
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.hardware_interface import (
     ACCELERATION,
@@ -19,8 +20,7 @@ from armsim_ros.control.hardware_interface import (
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.manager.switching import Strictness
-from armsim_ros.control.safety.arm_state import ArmState, Program
-from armsim_ros.control.safety.monitor import StopMonitor
+from armsim_ros.control.stop_monitor import StopMonitor
 from armsim_ros.model.robot_model import RobotModel
 
 #: Deceleration of joints without a limit [rad/s^2 or m/s^2].

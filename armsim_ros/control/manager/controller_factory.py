@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from armsim_ros.config.base import Settings, StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
-from armsim_ros.control.broadcasters.broadcaster import (
+from armsim_ros.control.broadcaster import (
     CrispPoseBroadcaster,
     CrispTwistBroadcaster,
     ForceTorqueSensorBroadcaster,
@@ -19,7 +19,6 @@ from armsim_ros.control.broadcasters.broadcaster import (
     PoseBroadcaster,
     SpeedScalingStateBroadcaster,
 )
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import (
     ForwardCommandController,
@@ -32,6 +31,10 @@ from armsim_ros.control.command_controllers.forward_command_controller import (
     MultiInterfaceForwardCommandController,
 )
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
+from armsim_ros.control.command_controllers.gripper_controller import (
+    GripperController,
+    ParallelGripperController,
+)
 from armsim_ros.control.command_controllers.pid_controller import PidController
 from armsim_ros.control.compliance.cartesian_controller import (
     CartesianAdmittanceController,
@@ -43,10 +46,7 @@ from armsim_ros.control.compliance.net_force_controllers import (
     CartesianMotionController,
 )
 from armsim_ros.control.controller import Controller, ControllerContext, describe
-from armsim_ros.control.gripper.gripper_controller import (
-    GripperController,
-    ParallelGripperController,
-)
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.trajectory.joint_trajectory_controller import (
     JointTrajectoryController,
     PassthroughTrajectoryController,

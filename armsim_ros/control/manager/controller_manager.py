@@ -21,6 +21,7 @@ import numpy as np
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.simulation import HardwareSettings
+from armsim_ros.control.arm_state import ArmState
 from armsim_ros.control.controller import Controller, ControllerContext, LifecycleState
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox
@@ -52,7 +53,6 @@ from armsim_ros.control.manager.switching import (
     Strictness,
     SwitchResult,
 )
-from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import RobotModel
 
@@ -78,8 +78,7 @@ class ControllerManager:
         model: RobotModel | None = None,
         arm: Callable[[EventQueue, Callable[[], object]], ArmState] = any_arm
     ) -> None:
-        self.parameters = parameters
-        self.hardware = hardware
+        self.parameters, self.hardware = parameters, hardware
         self.controllers: dict[str, Controller[Any]] = {}
         self.refusals: list[str] = []
         """Why controllers that should run from the start do not."""

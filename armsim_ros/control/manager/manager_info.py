@@ -218,8 +218,7 @@ def interface_infos(
            if name in hardware.references],
         [InterfaceInfo(name, name in exported if name in own
                        else name.rpartition('/')[0] not in unavailable, False)
-         for name in states],
-    )
+         for name in states])
 
 
 def _names(interfaces: Iterable[tuple[str, tuple[str, ...]]]) -> list[str]:

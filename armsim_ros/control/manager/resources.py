@@ -41,8 +41,7 @@ class HardwareComponent:
     """
 
     def __init__(self, name: str, system: HardwareSystem | None = None) -> None:
-        self.name = name
-        self.system = system
+        self.name, self.system = name, system
         self.state = LifecycleState.ACTIVE
 
     @property

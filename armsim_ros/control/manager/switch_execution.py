@@ -52,9 +52,7 @@ class UpdatesAhead:
     ) -> None:
         self._readers = [entry for entry in active if entry[0].only_reads]
         self._others = [entry for entry in active if not entry[0].only_reads]
-        self._tick = tick
-        self._time_ns = time_ns
-        self._period = period
+        self._tick, self._time_ns, self._period = tick, time_ns, period
 
     def plan(self, updates: int, *, moving: bool) -> int:
         """Plan updates, see :meth:`Controllers.plan`."""
@@ -147,9 +145,7 @@ class SwitchExecution:
         #: Controllers that no client sees, see ``attach``.
         self.devices: tuple[tuple[Controller[Any], int], ...] = ()
         self._hardware = resources.hardware
-        self._resources = resources
-        self._parameters = parameters
-        self._events = events
+        self._resources, self._parameters, self._events = resources, parameters, events
 
     def execute(
         self, controllers: Controllers, request: SwitchRequest, time_ns: int

@@ -34,8 +34,7 @@ class StateRecord:
 
     __slots__ = (
         'actual_time', 'compared', 'data', 'desired_time', 'error', 'feedback', 'goal',
-        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns',
-    )
+        'motion', 'output', 'reference', 'scaling', 'sequence', 'time_ns')
 
     def __init__(self, joints: int, width: int, compared: int) -> None:
         """
@@ -51,10 +50,8 @@ class StateRecord:
         self.error = self.data[ERROR:OUTPUT]
         self.output = self.data[OUTPUT:]
         self.compared = (
-            self.data[REFERENCE : REFERENCE + compared],
-            self.data[FEEDBACK : FEEDBACK + compared],
-            self.data[ERROR : ERROR + compared],
-        )
+            self.data[REFERENCE : REFERENCE + compared], self.data[FEEDBACK : FEEDBACK + compared],
+            self.data[ERROR : ERROR + compared])
         self.sequence = -1
         self.time_ns = 0
         self.desired_time = 0.0

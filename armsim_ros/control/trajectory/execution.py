@@ -23,9 +23,8 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.controller import NEVER_NS
+from armsim_ros.control.controller import NEVER_NS, Rate
 from armsim_ros.control.mailbox import EventQueue, GoalStatus
-from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import StateRecord
 from armsim_ros.control.trajectory.goal import (
     StartRequest,
@@ -96,8 +95,7 @@ class TrajectoryExecution:
         self.begin_ns = 0
         self._goal_taken_ns = 0
         self._computed = tuple(computed)
-        self._brakes = brakes
-        self._events = events
+        self._brakes, self._events = brakes, events
         self._monitor = self._new_monitor(SegmentTolerances.of(parameters))
         self._late_checks = Rate(LATE_CHECKS, aligned=True)
 

@@ -51,8 +51,7 @@ class RefusedTrajectoryError(ControllerError):
         self, reason: str, code: TrajectoryErrorCode = TrajectoryErrorCode.INVALID_GOAL
     ) -> None:
         super().__init__(reason)
-        self.reason = reason
-        self.code = code
+        self.reason, self.code = reason, code
 
 
 class TrajectoryGoal(ActionGoal[TrajectoryResult]):
@@ -65,8 +64,7 @@ class TrajectoryGoal(ActionGoal[TrajectoryResult]):
 
     def __init__(self, trajectory: JointTrajectory, tolerances: SegmentTolerances) -> None:
         super().__init__()
-        self.trajectory = trajectory
-        self.tolerances = tolerances
+        self.trajectory, self.tolerances = trajectory, tolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,12 +187,8 @@ class ToleranceMonitor:
         self._unchecked = ~np.isfinite(tolerances.goal[0])
         self._goal_time = tolerances.goal_time
         self._strict = strict
-        self._first = True
-
-    @property
-    def first(self) -> bool:
+        self.first = True
         """Whether nothing was checked yet."""
-        return self._first
 
     @property
     def can_fail_at_end(self) -> bool:
@@ -222,11 +216,11 @@ class ToleranceMonitor:
         :param over: time since the last waypoint, negative before it [s].
         """
         before_end = over < -TIME_RESOLUTION
-        if (before_end or self._first) and self.path.violated(errors):
+        if (before_end or self.first) and self.path.violated(errors):
             return Verdict(
                 TrajectoryErrorCode.PATH_TOLERANCE_VIOLATED,
                 f'path tolerance violated: {self.path.worst(errors)}')
-        self._first = False
+        self.first = False
         if before_end:
             return None
         if not self._goal.violated(errors):

@@ -52,22 +52,19 @@ def beyond_limits(waypoints: Waypoints, properties: JointProperties) -> str:
         for i, j in np.argwhere(outside):
             return (
                 f"point {i} at {times[i]:g} s moves joint '{properties.names[j]}' to "
-                f'{positions[i, j]:g} {properties.units[j]}, beyond its limit {limit[j]:g}'
-            )
+                f'{positions[i, j]:g} {properties.units[j]}, beyond its limit {limit[j]:g}')
     bound = properties.velocity * VELOCITY_SLACK
     for i, j in np.argwhere(np.abs(waypoints.velocities) > bound):
         return (
             f"point {i} at {times[i]:g} s moves joint '{properties.names[j]}' with velocity "
             f'{waypoints.velocities[i, j]:g}, above its limit {properties.velocity[j]:g} '
-            f'{properties.units[j]}/s'
-        )
+            f'{properties.units[j]}/s')
     mean = np.diff(positions, axis=0) / np.diff(times)[:, None]
     for i, j in np.argwhere(np.abs(mean) > bound):
         return (
             f"joint '{properties.names[j]}' needs a velocity of {mean[i, j]:g} between points {i} "
             f'and {i + 1} ({times[i]:g} s to {times[i + 1]:g} s), above its limit '
-            f'{properties.velocity[j]:g} {properties.units[j]}/s'
-        )
+            f'{properties.velocity[j]:g} {properties.units[j]}/s')
     return ''
 
 
@@ -104,8 +101,7 @@ def start_of(
     return start, (
         f'the first point, in {time:g} s, is {far[1, i]:g} {properties.units[i]} away from '
         f"joint '{properties.names[i]}', which can move {reach[i]:g} in that time; give it more "
-        'time, or start the trajectory where the arm is'
-    )
+        'time, or start the trajectory where the arm is')
 
 
 STANDING = 1.2e-7
@@ -215,8 +211,7 @@ class TrajectoryIntake:
     def __init__(
         self, properties: JointProperties, snapshot: Callable[[], ControllerSnapshot | None]
     ) -> None:
-        self._properties = properties
-        self._snapshot = snapshot
+        self._properties, self._snapshot = properties, snapshot
 
     def topic(
         self, trajectory: JointTrajectory, parameters: JointTrajectoryControllerParameters,
@@ -274,10 +269,8 @@ class TrajectoryIntake:
         if beyond and parameters.reject_beyond_limits:
             raise RefusedTrajectoryError(f'{beyond}; reject_beyond_limits is true')
         prepared = PreparedTrajectory(
-            waypoints,
-            self._properties.continuous,
+            waypoints, self._properties.continuous,
             splines=parameters.interpolation_method == 'splines',
             effort='effort' in parameters.command_interfaces,
-            rest_at_end='position' in parameters.command_interfaces,
-        )
+            rest_at_end='position' in parameters.command_interfaces)
         return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start), beyond

@@ -21,10 +21,9 @@ from armsim_ros.config.controllers.joint_trajectory_controller import (
     PassthroughTrajectoryControllerParameters,
     ScaledJointTrajectoryControllerParameters,
 )
-from armsim_ros.control.controller import Controller
+from armsim_ros.control.controller import Controller, Rate
 from armsim_ros.control.hardware_interface import JointProperties
 from armsim_ros.control.mailbox import GoalStatus, RepeatedWarning
-from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.controller_state import (
     ControllerSnapshot,
     query,

@@ -66,8 +66,7 @@ def _check_command_joints(
     joints, commanded = parameters.joints, parameters.commanded
     allowed = (
         f"allowed: some of joints ({', '.join(joints)}), or in place of each of them another "
-        "joint of the hardware or 'controller/joint' of a following controller"
-    )
+        "joint of the hardware or 'controller/joint' of a following controller")
     following = sum('/' in name for name in commanded)
     for name in commanded:
         if len(commanded) < len(joints) and name not in joints:
@@ -83,8 +82,7 @@ def warn_of_configuration(
     if not any(block.goal > 0.0 for block in parameters.constraints.joints.values()):
         text = (
             'goals end with their trajectory; set constraints.<joint>.goal to check the final '
-            'positions'
-        )
+            'positions')
         events.add(time_ns, 'info', 'warning', text)
     if parameters.initial_pace != parameters.speed_scaling.initial_scaling_factor:
         events.warn(time_ns, 'speed_scaling.initial_scaling_factor has no effect: it needs '

@@ -168,9 +168,7 @@ class PreparedTrajectory:
     ) -> None:
         self.waypoints = waypoints
         self._continuous = np.empty(0, dtype=np.intp) if continuous is None else continuous
-        self._splines = splines
-        self._effort = effort
-        self._rest_at_end = rest_at_end
+        self._splines, self._effort, self._rest_at_end = splines, effort, rest_at_end
         self._between: Matrix | None = None
         if waypoints.complete:
             self._between = coefficients_between(waypoints, splines=splines, effort=effort)

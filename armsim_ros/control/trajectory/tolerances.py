@@ -75,24 +75,21 @@ class SegmentTolerances:
                     hint = nearest(tolerance.name, joints)
                     return self, (
                         f"{kind} tolerance for '{tolerance.name}', which is not a joint of the "
-                        f'controller{"; " if hint else ""}{hint}'
-                    )
+                        f'controller{"; " if hint else ""}{hint}')
                 column = joints.index(tolerance.name)
                 for row, quantity in enumerate(QUANTITIES):
                     value = getattr(tolerance, quantity)
                     if not _legal(value):
                         return self, (
                             f"{kind} tolerance {value:g} for the {quantity} of '{tolerance.name}';"
-                            ' allowed: a positive number, 0 for the default, -1 for none'
-                        )
+                            ' allowed: a positive number, 0 for the default, -1 for none')
                     if value:
                         table[row, column] = np.inf if _erases(value) else value
             tables.append(table)
         if not _legal(goal_time):
             return self, (
                 f'goal time tolerance {goal_time:g} s; allowed: a positive number, 0 for the '
-                'default, -1 for none'
-            )
+                'default, -1 for none')
         seconds = self.goal_time if goal_time == 0.0 else max(goal_time, 0.0)
         return SegmentTolerances(tables[0], tables[1], seconds), ''
 
@@ -122,8 +119,7 @@ class Violation:
     def __str__(self) -> str:
         """Return joint, error and limit in words."""
         return (
-            f"joint '{self.joint}' {self.quantity} error {self.error:.6f} exceeds {self.limit:g}"
-        )
+            f"joint '{self.joint}' {self.quantity} error {self.error:.6f} exceeds {self.limit:g}")
 
 
 class ToleranceCheck:

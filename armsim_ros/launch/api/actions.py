@@ -51,8 +51,7 @@ class GroupAction(Action):
     ) -> None:
         super().__init__(**kwargs)
         self._actions = normalize_to_list_of_entities(actions)
-        self._scoped = scoped
-        self._forwarding = forwarding
+        self._scoped, self._forwarding = scoped, forwarding
         self._configurations = dict(launch_configurations or {})
 
     def get_sub_entities(self) -> Entities:

@@ -330,8 +330,7 @@ class LaunchConfigurationEquals(Condition):
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeText | None) -> None:
         super().__init__()
-        self._name = launch_configuration_name
-        self._expected = expected_value
+        self._name, self._expected = launch_configuration_name, expected_value
 
     def evaluate(self, context: LaunchContext) -> bool:
         """Compare."""

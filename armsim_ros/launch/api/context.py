@@ -110,8 +110,7 @@ class LaunchContext:
         engine: Engine | None = None
     ) -> None:
         self.argv = list(argv or ())
-        self.noninteractive = noninteractive
-        self.engine = engine
+        self.noninteractive, self.engine = noninteractive, engine
         self.launch_configurations: dict[str, Any] = {}
         self.environment: dict[str, str] = dict(os.environ)
         self.is_shutdown = False

@@ -212,8 +212,7 @@ class IncludeLaunchDescription(Action):
     """
 
     def __init__(
-        self, launch_description_source: Any = None, *,
-        launch_arguments: Any = None, **kwargs: Any
+        self, launch_description_source: Any = None, *, launch_arguments: Any = None, **kwargs: Any
     ) -> None:
         super().__init__(condition=kwargs.get('condition'))
         source = launch_description_source

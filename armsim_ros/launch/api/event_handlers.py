@@ -31,9 +31,7 @@ class EventHandler:
     def __init__(
         self, *, matcher: Callable[[Any], bool], entities: Any = None, handle_once: bool = False,
     ) -> None:
-        self._matcher = matcher
-        self._entities = entities
-        self.handle_once = handle_once
+        self._matcher, self._entities, self.handle_once = matcher, entities, handle_once
 
     def matches(self, event: Any) -> bool:
         """Return whether the handler is for the event."""
@@ -128,8 +126,7 @@ class OnStateTransition(_OfTarget):
     ) -> None:
         super().__init__(events.StateTransition, target_lifecycle_node, entities, handle_once)
         self._states = (start_state, goal_state)
-        self.transition = transition
-        self._own_matcher = matcher
+        self.transition, self._own_matcher = transition, matcher
 
     def _is_target(self, event: Any) -> bool:
         if self._own_matcher is not None:
@@ -199,8 +196,7 @@ class TimerAction(Action):
     """
 
     def __init__(
-        self, *, period: Any, actions: Iterable[Any], cancel_on_shutdown: Any = True,
-        **kwargs: Any
+        self, *, period: Any, actions: Iterable[Any], cancel_on_shutdown: Any = True, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
         self.period = period

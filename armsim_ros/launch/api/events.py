@@ -28,8 +28,7 @@ class Shutdown(Event):
         self, *, reason: str = 'reason not given', due_to_sigint: bool = False,
         due_to_failure: bool = False, **_kwargs: Any
     ) -> None:
-        self.reason = reason
-        self.due_to_sigint = due_to_sigint
+        self.reason, self.due_to_sigint = reason, due_to_sigint
         self.due_to_failure = due_to_failure
 
 
@@ -78,12 +77,9 @@ class ProcessEvent(Event):
         self, *, action: Any, name: str = '', cmd: list[str] | None = None,
         cwd: str | None = None, env: dict[str, str] | None = None, pid: int = 0, **_kwargs: Any,
     ) -> None:
-        self.action = action
-        self.process_name = name
+        self.action, self.process_name = action, name
         self.cmd = list(cmd or ())
-        self.cwd = cwd
-        self.env = env
-        self.pid = pid
+        self.cwd, self.env, self.pid = cwd, env, pid
 
 
 class ProcessStarted(ProcessEvent):
@@ -118,8 +114,7 @@ class ProcessIO(ProcessEvent):
 
     def __init__(self, *, text: bytes = b'', fd: int = 1, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.text = text
-        self.fd = fd
+        self.text, self.fd = text, fd
         self.from_stdin, self.from_stdout, self.from_stderr = fd == 0, fd == 1, fd == 2
 
 
@@ -180,8 +175,7 @@ class ChangeState(Event):
 
     def __init__(self, *, lifecycle_node_matcher: Callable[[Any], bool], transition_id: int
                  ) -> None:
-        self.lifecycle_node_matcher = lifecycle_node_matcher
-        self.transition_id = transition_id
+        self.lifecycle_node_matcher, self.transition_id = lifecycle_node_matcher, transition_id
 
 
 class StateTransition(Event):
@@ -195,9 +189,7 @@ class StateTransition(Event):
 
     def __init__(self, *, action: Any, msg: Any = None, goal_state: str = '',
                  start_state: str = '') -> None:
-        self.action = action
-        self.msg = msg
-        self.goal_state = goal_state
+        self.action, self.msg, self.goal_state = action, msg, goal_state
         self.start_state = start_state
 
 

@@ -189,8 +189,7 @@ def generate_demo_launch(moveit_config: Any, launch_package_path: Any = None) ->
     made = LaunchDescription([
         DeclareBooleanLaunchArg('db', default_value=False),
         DeclareBooleanLaunchArg('debug', default_value=False),
-        DeclareBooleanLaunchArg('use_rviz', default_value=True),
-    ])
+        DeclareBooleanLaunchArg('use_rviz', default_value=True)])
     for name, argument in _DEMO:
         file = folder / f'{name}.launch.py'
         if name == 'static_virtual_joint_tfs' and not file.exists():

@@ -90,8 +90,7 @@ class RewrittenYaml(_NewFile):
         self._values = dict(param_rewrites)
         self._keys = dict(key_rewrites or {})
         self._texts = dict(value_rewrites or {})
-        self._root = root_key
-        self._convert = convert_types
+        self._root, self._convert = root_key, convert_types
 
     def change(self, context: LaunchContext, text: str, path: str) -> str:
         """Rewrite."""

@@ -129,20 +129,14 @@ class ExecuteLocal(Action):
         name = perform_text(context, made.name) if made.name is not None else ''
         term, kill = (self._seconds(context, timeout, 5.0) for timeout in self._timeouts)
         return ProcessSpec(
-            command=words,
-            environment=environment,
-            name=name or program_of(words, self._shell),
+            command=words, environment=environment, name=name or program_of(words, self._shell),
             cwd=perform_text(context, made.cwd) if made.cwd is not None else None,
-            shell=self._flag(context, self._shell, 'shell'),
-            output=self._output_words(context),
+            shell=self._flag(context, self._shell, 'shell'), output=self._output_words(context),
             emulate_tty=self._flag(context, self._emulate_tty, 'emulate_tty'),
             respawn=self._flag(context, self._respawn, 'respawn'),
             respawn_delay=self._seconds(context, self._respawn_delay, 0.0),
             respawn_max_retries=int(self._seconds(context, self._respawn_max_retries, -1.0)),
-            sigterm_timeout=term,
-            sigkill_timeout=kill,
-            prefix=shlex.split(self._prefix(context)),
-        )
+            sigterm_timeout=term, sigkill_timeout=kill, prefix=shlex.split(self._prefix(context)))
 
     def ended(self, context: LaunchContext, event: Any) -> list[LaunchDescriptionEntity]:
         """Return the actions for its exit."""

@@ -58,8 +58,7 @@ class Node(ExecuteProcess):
             raise TypeError("Node needs an 'executable'")
         kwargs.pop('autostart', None)
         super().__init__(cmd=[executable], output=output, name=exec_name, **kwargs)
-        self._package = package
-        self._program = executable
+        self._package, self._program = package, executable
         self._node_name = name if name is not None else node_name
         self._namespace = namespace if namespace is not None else node_namespace
         self._parameters = [] if parameters is None else parameters
@@ -124,8 +123,7 @@ class Node(ExecuteProcess):
                 (perform_text(context, source), perform_text(context, target))
                 for source, target in self._remappings)],
             arguments=[_word(context, argument) for argument in self._arguments],
-            ros_arguments=[_word(context, argument) for argument in self._ros_arguments],
-        )
+            ros_arguments=[_word(context, argument) for argument in self._ros_arguments])
         if self.process_description.name is None:
             made.name = executable
         return made
@@ -281,8 +279,7 @@ class ComposableNode(Placed):
         self.node_name = name if name is not None else node_name
         self.node_namespace = namespace
         self.parameters, self.remappings = parameters, list(remappings or ())
-        self.extra_arguments = extra_arguments
-        self.condition = condition
+        self.extra_arguments, self.condition = extra_arguments, condition
 
     def node(self, context: LaunchContext) -> RosNode | None:
         """Return it with all substitutions performed, None if its condition does not hold."""
@@ -298,8 +295,7 @@ class ComposableNode(Placed):
                 if self.node_namespace is not None else ''),
             parameters=evaluate_parameters(context, self.parameters),
             remappings=[(perform_text(context, source), perform_text(context, target))
-                        for source, target in self.remappings],
-        )
+                        for source, target in self.remappings])
 
 
     def process(self, package: str, executable: str) -> Node:

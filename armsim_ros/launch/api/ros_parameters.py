@@ -31,8 +31,7 @@ class ParameterValue(Placed):
     """
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
-        self.value = value
-        self.value_type = value_type
+        self.value, self.value_type = value, value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
         """
@@ -71,8 +70,7 @@ class ParameterFile(Placed):
     """
 
     def __init__(self, param_file: SomeText, *, allow_substs: Any = False) -> None:
-        self.param_file = param_file
-        self.allow_substs = allow_substs
+        self.param_file, self.allow_substs = param_file, allow_substs
 
     def evaluate(self, context: LaunchContext) -> str:
         """Return the path of the file to read."""

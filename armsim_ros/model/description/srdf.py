@@ -23,8 +23,7 @@ _VIRTUAL_TYPES = ('fixed', 'planar', 'floating')
 _KNOWN_TAGS = (
     'group', 'group_state', 'end_effector', 'virtual_joint', 'passive_joint',
     'disable_collisions', 'enable_collisions', 'disable_default_collisions', 'joint_property',
-    'link_sphere_approximation',
-)
+    'link_sphere_approximation')
 
 Pair = tuple[str, str]
 
@@ -40,9 +39,7 @@ class SrdfContent:
 
     def __init__(self, semantic: SemanticModel, places: dict[str, Location],
                  problems: tuple[Problem, ...]) -> None:
-        self.semantic = semantic
-        self.places = places
-        self.problems = problems
+        self.semantic, self.places, self.problems = semantic, places, problems
 
 
 def parse_srdf(text: str, file: str, *, robot_name: str, root_link: str,
@@ -77,11 +74,8 @@ class _Reader:
 
     def __init__(self, root: XmlElement, robot_name: str, root_link: str,
                  links: Mapping[str, Link], joints: Mapping[str, Joint]) -> None:
-        self._root = root
-        self._robot_name = robot_name
-        self._root_link = root_link
-        self._links = links
-        self._joints = joints
+        self._root, self._robot_name, self._root_link = root, robot_name, root_link
+        self._links, self._joints = links, joints
         self._report = TextReport()
         self._places: dict[str, Location] = {}
 
@@ -94,16 +88,10 @@ class _Reader:
         groups = self._groups(passive)
         enabled = self._pairs('enable_collisions')
         semantic = SemanticModel(
-            name=self._root.get('name'),
-            groups=groups,
-            named_states=self._states(groups),
-            end_effectors=self._end_effectors(groups),
-            virtual_joint=self._virtual_joint(),
-            passive_joints=passive,
-            disabled_collisions=self._pairs('disable_collisions'),
-            enabled_collisions=frozenset(enabled),
-            default_disabled=self._default_disabled(),
-        )
+            name=self._root.get('name'), groups=groups, named_states=self._states(groups),
+            end_effectors=self._end_effectors(groups), virtual_joint=self._virtual_joint(),
+            passive_joints=passive, disabled_collisions=self._pairs('disable_collisions'),
+            enabled_collisions=frozenset(enabled), default_disabled=self._default_disabled())
         self._check_owner(groups)
         for element in self._root.children:
             if element.tag not in _KNOWN_TAGS:

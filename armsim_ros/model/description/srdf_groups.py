@@ -24,9 +24,7 @@ class GroupBuilder:
 
     def __init__(self, joints: Mapping[str, Joint], passive: tuple[str, ...],
                  report: TextReport) -> None:
-        self._joints = joints
-        self._passive = passive
-        self._report = report
+        self._joints, self._passive, self._report = joints, passive, report
         self._above = {joint.child: name for name, joint in joints.items()}
         self._links = {*self._above, *(joint.parent for joint in joints.values())}
 

@@ -19,11 +19,11 @@ from rclpy.task import Future
 
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.fields import type_name
-from armsim_ros.nodes.bridge.conversion.incoming import message_of
-from armsim_ros.nodes.bridge.conversion.outgoing import values_of
+from armsim_ros.nodes.bridge.incoming import message_of
+from armsim_ros.nodes.bridge.interfaces import Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.refusal import Level, RefusalError
+from armsim_ros.nodes.bridge.message_fields import type_name
+from armsim_ros.nodes.bridge.outgoing import values_of
 from armsim_ros.nodes.polling_node import keep_live
 
 #: How long a client may take for an answer where no time is configured [s].

@@ -15,9 +15,9 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.incoming import message_of
+from armsim_ros.nodes.bridge.incoming import message_of
+from armsim_ros.nodes.bridge.interfaces import Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 
 #: Name of a service of this process -> its type, and what answers it.
 LocalServices = Mapping[str, tuple[type[Any], Callable[[Any], Awaitable[Any]]]]
@@ -100,8 +100,7 @@ class Goals:
     """
 
     def __init__(self, link: BridgeLink, cancel_on_disconnect: bool) -> None:
-        self._link = link
-        self._cancel_on_disconnect = cancel_on_disconnect
+        self._link, self._cancel_on_disconnect = link, cancel_on_disconnect
         self._goals: set[Goal] = set()
         self._tasks: set[asyncio.Task[None]] = set()
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from rclpy.serialization import serialize_message
 
-from armsim_ros.nodes.bridge.conversion.incoming import aside
-from armsim_ros.nodes.bridge.conversion.outgoing import cbor_values, json_values, Packed, to_cbor
 from armsim_ros.nodes.bridge.frames import Fragments, Part, text_frames, to_frame
-from armsim_ros.nodes.bridge.refusal import Level
+from armsim_ros.nodes.bridge.incoming import aside
+from armsim_ros.nodes.bridge.interfaces import Level
+from armsim_ros.nodes.bridge.outgoing import cbor_values, json_values, Packed, to_cbor
 
 #: Messages of a topic that wait for a client: of pictures, of others.
 MOST_LARGE, MOST_SMALL = 2, 100

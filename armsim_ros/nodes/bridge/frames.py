@@ -16,8 +16,8 @@ import struct
 from typing import Any
 import zlib
 
-from armsim_ros.nodes.bridge.refusal import RefusalError
-from armsim_ros.nodes.serving.json_text import json_pieces, to_json
+from armsim_ros.nodes.bridge.interfaces import RefusalError
+from armsim_ros.nodes.json_text import json_pieces, to_json
 
 #: Fragments of incoming messages, for each client [bytes, messages].
 MOST_BYTES, MOST_FRAGMENTED = 10_000_000, 8

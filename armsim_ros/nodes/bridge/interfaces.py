@@ -4,14 +4,36 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from ament_index_python.resources import get_resource, get_resources
 
-from armsim_ros.errors import nearest
-from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.errors import ArmsimError, nearest
+
+
+class Level(IntEnum):
+    """Which status messages a client gets: those of its level and graver ones."""
+
+    NONE = 0
+    ERROR = 1
+    WARNING = 2
+    INFO = 3
+
+
+class RefusalError(ArmsimError):
+    """
+    A request is not carried out; the text is for the client.
+
+    :param level: a warning where nothing was lost.
+    """
+
+    def __init__(self, text: str, level: Level = Level.ERROR) -> None:
+        super().__init__(text)
+        self.level = level
+
 
 #: Group -> what it is called in messages.
 GROUPS = {'msg': 'message', 'srv': 'service', 'action': 'action'}

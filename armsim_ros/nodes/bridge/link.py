@@ -20,8 +20,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import nearest
-from armsim_ros.nodes.bridge.interfaces import load
-from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.bridge.interfaces import load, RefusalError
 from armsim_ros.nodes.polling_node import PollingNode
 
 #: The name of rosbridge_server's node, by which launch files and clients know it.

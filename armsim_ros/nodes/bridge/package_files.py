@@ -15,8 +15,8 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from websockets.http11 import Request, Response
 
+from armsim_ros.nodes.access import answer
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.serving.access import answer
 from armsim_ros.packages import Packages
 
 PREFIX = '/package/'

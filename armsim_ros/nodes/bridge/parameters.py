@@ -16,8 +16,8 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from armsim_ros.errors import nearest
+from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.refusal import RefusalError
 
 #: How long a node may take to answer [s].
 _PATIENCE = 1.0

@@ -20,12 +20,11 @@ from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
 from armsim_ros.nodes.bridge.protocol import Protocol
-from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.rosapi import RosApi
 from armsim_ros.nodes.bridge.server import BridgeServer
 from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions, read_settings
-from armsim_ros.nodes.bridge.topics import Topics
-from armsim_ros.nodes.serving.ports import is_loopback
+from armsim_ros.nodes.bridge.topics import Publishers, Topics
+from armsim_ros.nodes.ports import is_loopback
 from armsim_ros.packages import Packages, split_path
 
 #: How long connections may take to close at the end [s].
@@ -116,7 +115,7 @@ async def _open_foxglove(link: BridgeLink, settings: BridgeSettings, token: str,
     if find_spec('foxglove') is None:
         raise ArmsimError("foxglove needs the Python package 'foxglove-sdk', which is not "
                           "installed; python3 -m pip install 'armsim_ros[foxglove]'")
-    from armsim_ros.nodes.bridge.foxglove.server import FoxgloveServer
+    from armsim_ros.nodes.bridge.foxglove_server import FoxgloveServer
 
     server = FoxgloveServer(link, settings, token, files)
     await server.open()

@@ -14,13 +14,12 @@ from armsim_ros.errors import ArmsimError, nearest
 from armsim_ros.nodes.bridge.advertised import AdvertisedActions, AdvertisedServices
 from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.client import Client, Handler
-from armsim_ros.nodes.bridge.conversion.incoming import aside
 from armsim_ros.nodes.bridge.frames import parse, SMALLEST_FRAGMENT
+from armsim_ros.nodes.bridge.incoming import aside
+from armsim_ros.nodes.bridge.interfaces import Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
-from armsim_ros.nodes.bridge.publishers import Publishers
-from armsim_ros.nodes.bridge.refusal import Level, RefusalError
 from armsim_ros.nodes.bridge.settings import Permissions
-from armsim_ros.nodes.bridge.topics import Topics
+from armsim_ros.nodes.bridge.topics import Publishers, Topics
 
 _KINDS = {
     'string': (str,), 'number': (int, float), 'integer': (int,), 'boolean': (bool,),

@@ -29,15 +29,15 @@ from std_msgs.msg import Int32
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
-from armsim_ros.nodes.bridge.conversion.fields import fields_of, FieldType, Kind, Shape
-from armsim_ros.nodes.bridge.conversion.incoming import serialized
-from armsim_ros.nodes.bridge.conversion.outgoing import values_of
+from armsim_ros.nodes.bridge.incoming import serialized
 from armsim_ros.nodes.bridge.interfaces import full_name, installed, load
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.message_fields import fields_of, FieldType, Kind, Shape
+from armsim_ros.nodes.bridge.outgoing import values_of
 from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.json_text import to_json
 from armsim_ros.nodes.polling_node import GuardedNode
-from armsim_ros.nodes.serving.json_text import to_json
 from armsim_ros.recording.message_definitions import message_definition
 
 #: Names of services that do not follow from their types.

@@ -19,18 +19,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.protocol import State
 
+from armsim_ros.nodes.access import AccessRules, answer, HANDSHAKE, MOST_HANDSHAKES, RateLimit
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.frames import Part
-from armsim_ros.nodes.bridge.refusal import Level
+from armsim_ros.nodes.bridge.interfaces import Level
 from armsim_ros.nodes.bridge.settings import BridgeSettings
-from armsim_ros.nodes.serving.access import (
-    AccessRules,
-    answer,
-    HANDSHAKE,
-    MOST_HANDSHAKES,
-    RateLimit,
-)
-from armsim_ros.nodes.serving.ports import free_port, ServingError, shown_host, silent_logger
+from armsim_ros.nodes.ports import free_port, ServingError, shown_host, silent_logger
 
 #: What a client may send: messages and bytes per second; a burst is a second's worth.
 MESSAGE_RATE, BYTE_RATE = 5000.0, 20.0 * (1 << 20)

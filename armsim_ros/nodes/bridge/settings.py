@@ -11,8 +11,8 @@ import re
 from typing import Any
 
 from armsim_ros.cli.arguments import FALSE_WORDS, TRUE_WORDS, UsageError
-from armsim_ros.nodes.bridge.refusal import RefusalError
-from armsim_ros.nodes.serving.ports import read_values
+from armsim_ros.nodes.bridge.interfaces import RefusalError
+from armsim_ros.nodes.ports import read_values
 
 #: Arguments of rosbridge_server that change nothing here.
 IGNORED = {

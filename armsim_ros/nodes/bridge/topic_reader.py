@@ -29,8 +29,8 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from armsim_ros.nodes.bridge.client import LARGE, MOST_LARGE, MOST_SMALL
-from armsim_ros.nodes.bridge.conversion.fields import CODES, fields_of, Shape
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.message_fields import CODES, fields_of, Shape
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
 #: How long the thread may take to end [s].

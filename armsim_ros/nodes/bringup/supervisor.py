@@ -125,8 +125,7 @@ class Outlet:
 
     def __init__(self, descriptor: int, broken: Callable[[], None]) -> None:
         self.is_broken = False
-        self._descriptor = descriptor
-        self._tell_broken = broken
+        self._descriptor, self._tell_broken = descriptor, broken
         self._lines: deque[str] = deque()
         self._dropped = 0
         self._closed = False

@@ -54,8 +54,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
     shapes: tuple[tuple[Sequence[Geometry], Sequence[Pose]], ...] = (
         ([*map(primitive_from_message, message.primitives)], message.primitive_poses),
         ([*map(mesh_from_message, message.meshes)], message.mesh_poses),
-        ([*map(plane_from_message, message.planes)], message.plane_poses),
-    )
+        ([*map(plane_from_message, message.planes)], message.plane_poses))
     given = [(of_kind, tuple(map(pose_from_message, poses))) for of_kind, poses in shapes]
     moves = operation == ObjectOperation.MOVE
     made = operation in (ObjectOperation.ADD, ObjectOperation.APPEND)
@@ -70,8 +69,7 @@ def _object(message: CollisionObjectMessage) -> CollisionObject:
             name: pose_from_message(pose)
             for name, pose in zip(message.subframe_names, message.subframe_poses, strict=False)},
         type=ObjectType(message.type.key, message.type.db),
-        shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else (),
-    )
+        shape_poses=tuple(pose for _, poses in given for pose in poses) if moves else ())
 
 
 def _placed(shapes: Sequence[Geometry], poses: Sequence[Matrix]) -> list[ObjectShape]:
@@ -107,12 +105,10 @@ def attached_from_message(message: AttachedCollisionObject) -> AttachedObject:
     :raises PlanningError: for a shape or pose that cannot exist.
     """
     return AttachedObject(
-        link_name=message.link_name,
-        object=object_from_message(message.object),
+        link_name=message.link_name, object=object_from_message(message.object),
         touch_links=tuple(message.touch_links),
         detach_posture=trajectory_from_message(message.detach_posture),
-        weight=float(message.weight),
-    )
+        weight=float(message.weight))
 
 
 def object_to_message(
@@ -177,9 +173,6 @@ def removal_message(object_id: str, frame_id: str) -> CollisionObjectMessage:
 def attached_object_to_message(item: AttachedObject) -> AttachedCollisionObject:
     """Return the message of a carried object; its pose is relative to the link."""
     return AttachedCollisionObject(
-        link_name=item.link_name,
-        object=object_to_message(item.object, item.link_name),
+        link_name=item.link_name, object=object_to_message(item.object, item.link_name),
         touch_links=sorted(item.touch_links),
-        detach_posture=trajectory_to_message(item.detach_posture),
-        weight=item.weight,
-    )
+        detach_posture=trajectory_to_message(item.detach_posture), weight=item.weight)

@@ -62,19 +62,15 @@ def controller_message(info: ControllerInfo) -> ControllerState:
         reference_interfaces=list(info.references),
         chain_connections=[
             ChainConnection(name=name, reference_interfaces=list(references))
-            for name, references in info.connections.items()],
-    )
+            for name, references in info.connections.items()])
 
 
 def interface_messages(infos: Iterable[InterfaceInfo]) -> list[HardwareInterface]:
     """Return the messages of interfaces, in their order."""
     return [
         HardwareInterface(
-            name=info.name,
-            data_type=DATA_TYPE,
-            is_available=info.is_available,
-            is_claimed=info.is_claimed,
-        )
+            name=info.name, data_type=DATA_TYPE, is_available=info.is_available,
+            is_claimed=info.is_claimed)
         for info in infos]
 
 
@@ -85,14 +81,10 @@ def component_message(info: HardwareComponentInfo, rate: float) -> HardwareCompo
     :param rate: [Hz] at which it is read and written.
     """
     return HardwareComponentState(
-        name=info.name,
-        type=info.type,
-        rw_rate=round(rate),
-        plugin_name=info.plugin_name,
+        name=info.name, type=info.type, rw_rate=round(rate), plugin_name=info.plugin_name,
         state=state_message(info.state),
         command_interfaces=interface_messages(info.command_interfaces),
-        state_interfaces=interface_messages(info.state_interfaces),
-    )
+        state_interfaces=interface_messages(info.state_interfaces))
 
 
 def activity_message(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
 from armsim_ros.arrays import Mask
-from armsim_ros.config.move_group.sensors_3d import DepthImageSensor
+from armsim_ros.config.sensors_3d import DepthImageSensor
 
 Floats = NDArray[np.float32]
 

@@ -62,12 +62,9 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
         name=message.name,
         joint_constraints=tuple(
             JointConstraint(
-                joint_name=item.joint_name,
-                position=float(item.position),
+                joint_name=item.joint_name, position=float(item.position),
                 tolerance_above=float(item.tolerance_above),
-                tolerance_below=float(item.tolerance_below),
-                weight=float(item.weight),
-            )
+                tolerance_below=float(item.tolerance_below), weight=float(item.weight))
             for item in message.joint_constraints),
         position_constraints=tuple(_position(item) for item in message.position_constraints),
         orientation_constraints=tuple(
@@ -78,14 +75,11 @@ def constraints_from_message(message: ConstraintsMessage) -> Constraints:
                 target_pose=pose_from_message(item.target_pose.pose),
                 target_frame_id=item.target_pose.header.frame_id,
                 sensor_pose=pose_from_message(item.sensor_pose.pose),
-                sensor_frame_id=item.sensor_pose.header.frame_id,
-                cone_sides=int(item.cone_sides),
+                sensor_frame_id=item.sensor_pose.header.frame_id, cone_sides=int(item.cone_sides),
                 max_view_angle=float(item.max_view_angle),
                 max_range_angle=float(item.max_range_angle),
-                sensor_view_direction=int(item.sensor_view_direction),
-            )
-            for item in message.visibility_constraints),
-    )
+                sensor_view_direction=int(item.sensor_view_direction))
+            for item in message.visibility_constraints))
 
 
 def _position(message: PositionConstraintMessage) -> PositionConstraint:
@@ -97,14 +91,10 @@ def _position(message: PositionConstraintMessage) -> PositionConstraint:
         *_regions(volume.meshes, volume.mesh_poses, _missing_mesh, mesh_from_message, left_out)]
     offset = message.target_point_offset
     return PositionConstraint(
-        link_name=message.link_name,
-        regions=tuple(regions),
-        frame_id=message.header.frame_id,
+        link_name=message.link_name, regions=tuple(regions), frame_id=message.header.frame_id,
         target_point_offset=(float(offset.x), float(offset.y), float(offset.z)),
-        weight=float(message.weight),
-        left_out=tuple(left_out),
-        primitive_poses=tuple(pose_from_message(pose) for pose in volume.primitive_poses),
-    )
+        weight=float(message.weight), left_out=tuple(left_out),
+        primitive_poses=tuple(pose_from_message(pose) for pose in volume.primitive_poses))
 
 
 def _regions(
@@ -129,17 +119,13 @@ def _orientation(message: OrientationConstraintMessage) -> OrientationConstraint
     return OrientationConstraint(
         link_name=message.link_name,
         quat_xyzw=(
-            float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)
-        ),
+            float(quaternion.x), float(quaternion.y), float(quaternion.z), float(quaternion.w)),
         tolerances=(
-            float(message.absolute_x_axis_tolerance),
-            float(message.absolute_y_axis_tolerance),
-            float(message.absolute_z_axis_tolerance),
-        ),
+            float(message.absolute_x_axis_tolerance), float(message.absolute_y_axis_tolerance),
+            float(message.absolute_z_axis_tolerance)),
         frame_id=message.header.frame_id,
         parameterization=int(message.parameterization),
-        weight=float(message.weight),
-    )
+        weight=float(message.weight))
 
 
 Value = TypeVar('Value')
@@ -175,10 +161,7 @@ def start_state_from_message(
         joint_names=tuple(message.joint_state.name),
         positions=tuple(float(value) for value in message.joint_state.position),
         velocities=tuple(float(value) for value in message.joint_state.velocity),
-        is_diff=bool(message.is_diff),
-        attached_objects=attached,
-        unreadable=unreadable,
-    )
+        is_diff=bool(message.is_diff), attached_objects=attached, unreadable=unreadable)
 
 
 def robot_state_to_message(
@@ -223,8 +206,7 @@ def request_from_message(message: MotionPlanRequestMessage, seed: int = -1) -> M
         cartesian_speed_limited_link=message.cartesian_speed_limited_link,
         workspace=_workspace(message.workspace_parameters),
         has_trajectory_constraints=bool(message.trajectory_constraints.constraints),
-        seed=seed,
-    )
+        seed=seed)
 
 
 def error_code_message(code: int, text: str = '', source: str = '') -> MoveItErrorCodes:
@@ -250,7 +232,5 @@ def display_trajectory_message(
 def _workspace(message: WorkspaceMessage) -> WorkspaceParameters:
     low, high = message.min_corner, message.max_corner
     return WorkspaceParameters(
-        frame_id=message.header.frame_id,
-        min_corner=(float(low.x), float(low.y), float(low.z)),
-        max_corner=(float(high.x), float(high.y), float(high.z)),
-    )
+        frame_id=message.header.frame_id, min_corner=(float(low.x), float(low.y), float(low.z)),
+        max_corner=(float(high.x), float(high.y), float(high.z)))

@@ -78,12 +78,10 @@ def update_from_message(message: PlanningSceneMessage, model_frame: str) -> Scen
         fixed_frames=dict(frames),
         object_colors={
             item.id: (
-                float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a)
-            )
+                float(item.color.r), float(item.color.g), float(item.color.b), float(item.color.a))
             for item in message.object_colors},
         octomap=octomap,
-        unreadable=(*bad_frames, *bad_objects, *bad_octomap),
-    )
+        unreadable=(*bad_frames, *bad_objects, *bad_octomap))
 
 
 def world_from_message(message: PlanningSceneWorld) -> SceneUpdate:
@@ -172,8 +170,7 @@ def acm_to_message(acm: AcmUpdate | None) -> AllowedCollisionMatrix:
         entry_names=list(acm.entry_names),
         entry_values=[AllowedCollisionEntry(enabled=list(row)) for row in acm.entry_values],
         default_entry_names=list(acm.default_entry_names),
-        default_entry_values=list(acm.default_entry_values),
-    )
+        default_entry_values=list(acm.default_entry_values))
 
 
 def paddings(values: Mapping[str, float]) -> list[LinkPadding]:
@@ -200,8 +197,7 @@ def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
         entry_names=tuple(message.entry_names),
         entry_values=tuple(tuple(map(bool, row.enabled)) for row in message.entry_values),
         default_entry_names=tuple(message.default_entry_names),
-        default_entry_values=tuple(map(bool, message.default_entry_values)),
-    )
+        default_entry_values=tuple(map(bool, message.default_entry_values)))
 
 
 def transforms(scene: PlanningScene) -> list[TransformStamped]:

@@ -69,8 +69,7 @@ class SerializedMessage:
         self._stamps, self._durations = (
             np.array(places, np.intp)[:, None] + np.arange(2) for places in (
                 _places(data, _stamps(_MARK_NS).tobytes(), len(stamps), 4),
-                [_places(data, _stamps(span).tobytes(), 1, 4)[0] for span in spans],
-            ))
+                [_places(data, _stamps(span).tobytes(), 1, 4)[0] for span in spans]))
 
     def set_numbers(self, values: Vector) -> None:
         """Write all numbers (n,), in their order."""

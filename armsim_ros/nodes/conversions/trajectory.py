@@ -146,11 +146,8 @@ def tolerances_from_messages(
     """Return tolerances unchanged: 0 keeps the default, -1 erases it."""
     return tuple(
         JointTolerance(
-            name=message.name,
-            position=message.position,
-            velocity=message.velocity,
-            acceleration=message.acceleration,
-        )
+            name=message.name, position=message.position, velocity=message.velocity,
+            acceleration=message.acceleration)
         for message in messages)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.errors import nearest
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.execute_trajectory import (
@@ -18,7 +18,6 @@ from armsim_ros.nodes.move_group.execution.execute_trajectory import (
     ExecuteTrajectory,
 )
 from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
-from armsim_ros.nodes.move_group.perception.octomap_monitor import OctomapMonitor
 from armsim_ros.nodes.move_group.planning.move_actions import (
     MoveAction,
     SequenceJob,
@@ -41,6 +40,7 @@ from armsim_ros.nodes.move_group.query_services import (
     ComputeIk,
     GetUrdf,
 )
+from armsim_ros.nodes.move_group.scene.octomap_monitor import OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import (
     ApplyPlanningScene,
     ClearOctomap,
@@ -79,8 +79,7 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
     'move_group/MoveGroupKinematicsService': lambda parts: (
         ComputeIk(parts.context),
-        ComputeFk(parts.context),
-    ),
+        ComputeFk(parts.context)),
     'move_group/MoveGroupExecuteTrajectoryAction': lambda parts: (
         ExecuteTrajectory(parts.context, parts.execution),
     ),
@@ -89,15 +88,13 @@ CAPABILITIES: Mapping[str, Callable[[Parts], tuple[object, ...]]] = {
     ),
     'move_group/MoveGroupMoveAction': lambda parts: (
         MoveAction(parts.context, parts.job, parts.execution),
-        MoveAction(parts.context, parts.job, parts.execution, name=OLD_NAME),
-    ),
+        MoveAction(parts.context, parts.job, parts.execution, name=OLD_NAME)),
     'move_group/MoveGroupPlanService': lambda parts: (
         PlanKinematicPath(parts.context, parts.job),
     ),
     'move_group/MoveGroupQueryPlannersService': lambda parts: (
         QueryPlannerInterface(parts.context),
-        PlannerParams(parts.context),
-    ),
+        PlannerParams(parts.context)),
     'move_group/MoveGroupStateValidationService': lambda parts: (
         CheckStateValidity(parts.context),
     ),

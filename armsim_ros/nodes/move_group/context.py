@@ -17,9 +17,9 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
@@ -191,15 +191,9 @@ class MoveGroupActionServer(ActionServer):
         execute: Callable[[ServerGoalHandle], Awaitable[Any]],
     ) -> None:
         super().__init__(  # type: ignore[no-untyped-call] # rclpy's
-            context.node,
-            kind,
-            name,
-            execute,
-            callback_group=context.group,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
-            result_timeout=RESULT_TIMEOUT,
-            **qos.ACTION_SERVICES,
-        )
+            context.node, kind, name, execute, callback_group=context.group,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT, result_timeout=RESULT_TIMEOUT,
+            **qos.ACTION_SERVICES)
         self._results = KeptResults(self, MOST_RESULTS)
 
     def end(self, goal: ServerGoalHandle, code: int) -> None:

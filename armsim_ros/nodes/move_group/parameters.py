@@ -15,14 +15,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.package_reading import default_pipeline
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.trajectory_execution import (
     KEYS_BESIDE,
     TrajectoryExecutionSettings,
     UNUSED_EXECUTION_KEYS,
 )
-from armsim_ros.config.package_reading import default_pipeline
-from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, Problem
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.context import Context
@@ -71,8 +71,7 @@ class MoveGroupParameters:
             plan_execution=PlanExecution(
                 record_trajectory_state_frequency=planning.record_trajectory_state_frequency),
             planning_seed=context.planner.settings.seed,
-            monitor_dynamics=planning.monitor_dynamics,
-        )
+            monitor_dynamics=planning.monitor_dynamics)
         try:
             self._live = SettingsParameters(context.node, live, self._changed)
         except ValidationError as error:
@@ -125,11 +124,8 @@ _CARTESIAN_LIMITS = 'robot_description_planning.cartesian_limits'
 #: A launch argument of ROS 1 and the four parameters that it sets.
 _MONITORED = 'publish_monitored_planning_scene'
 _PUBLISHED = (
-    'publish_planning_scene',
-    'publish_geometry_updates',
-    'publish_state_updates',
-    'publish_transforms_updates',
-)
+    'publish_planning_scene', 'publish_geometry_updates', 'publish_state_updates',
+    'publish_transforms_updates')
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
 _DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
 

@@ -38,11 +38,11 @@ from armsim_ros.nodes.move_group.parameters import (
     MoveGroupParameters,
     planning_parameters,
 )
-from armsim_ros.nodes.move_group.perception.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
+from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import MapFiles
 from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
@@ -58,8 +58,8 @@ from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.planning.budget import CountingClock
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner, warm_up
-from armsim_ros.planning.settings import settings_from_config
 from armsim_ros.scene_sources.simulated_world import initial_scene, WorldOwnership
 
 #: Wall time to wait for the simulation [s].
@@ -183,28 +183,19 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     scene = initial_scene(KinematicModel(robot), settings, parameters, name='default')
     topics = parameters.joint_state_topics or (
         settings.joint_states_topic,
-        node.resolve_topic_name(DEFAULT_JOINT_STATES),
-    )
+        node.resolve_topic_name(DEFAULT_JOINT_STATES))
     planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
     planner, query_planner = (
         MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2))
     context = Context(
-        node=node,
-        settings=settings,
-        robot=robot,
-        scene=scene,
+        node=node, settings=settings, robot=robot, scene=scene,
         states=StateMonitor(node, scene, tuple(dict.fromkeys(topics))),
-        planning=Worker('planning', executor),
-        queries=Worker('queries', executor),
-        edits=Worker('edits', executor),
-        ticker=Ticker(node),
-        planner=planner,
-        query_planner=query_planner,
-        planning_parameters=parameters,
+        planning=Worker('planning', executor), queries=Worker('queries', executor),
+        edits=Worker('edits', executor), ticker=Ticker(node), planner=planner,
+        query_planner=query_planner, planning_parameters=parameters,
         execution_settings=settings.trajectory_execution,
         ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
-        robots=tuple(frozenset(each.model.active_joints) for each in cell.robots),
-    )
+        robots=tuple(frozenset(each.model.active_joints) for each in cell.robots))
     if settings.simulation.deterministic:
         context.planning_clock = CountingClock
         context.states.asks = SimulationSync(context)
@@ -220,21 +211,11 @@ def endpoints(context: Context) -> tuple[object, ...]:
     parts = Parts(context, job, execution, display, SequenceJob(context, job, display), octomap)
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
-        display,
-        octomap,
-        execution,
-        *(item for name in requested for item in ALL[name](parts)),
-        RejectedSceneChanges(context),
-        PlanningSceneTopics(context),
-        CollisionObjectTopic(context),
-        AttachedCollisionObjectTopic(context),
-        MonitoredPlanningScene(context),
-        MapFiles(context),
-        TrajectoryExecutionEvent(context, execution),
-        Transforms(context),
-        Descriptions(context),
-        AttachHint(context),
-    )
+        display, octomap, execution, *(item for name in requested for item in ALL[name](parts)),
+        RejectedSceneChanges(context), PlanningSceneTopics(context), CollisionObjectTopic(context),
+        AttachedCollisionObjectTopic(context), MonitoredPlanningScene(context), MapFiles(context),
+        TrajectoryExecutionEvent(context, execution), Transforms(context), Descriptions(context),
+        AttachHint(context))
 
 
 #: Time for goals to be aborted at shutdown, and for answers to leave the process [s].

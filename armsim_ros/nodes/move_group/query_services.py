@@ -59,12 +59,8 @@ class CheckStateValidity:
 def contact_message(contact: Contact, frame: str, stamp: Any) -> ContactInformation:
     """Return the message of a contact, in the model frame."""
     message = ContactInformation(
-        depth=float(contact.depth),
-        contact_body_1=contact.body1,
-        contact_body_2=contact.body2,
-        body_type_1=int(contact.type1),
-        body_type_2=int(contact.type2),
-    )
+        depth=float(contact.depth), contact_body_1=contact.body1, contact_body_2=contact.body2,
+        body_type_1=int(contact.type1), body_type_2=int(contact.type2))
     message.header.frame_id, message.header.stamp = frame, stamp
     x, y, z = map(float, contact.position)
     message.position = Point(x=x, y=y, z=z)
@@ -124,13 +120,11 @@ class ComputeIk:
         context, message = self._context, asked.ik_request
         scene = await context.present_scene()
         request = IKRequest(
-            group_name=message.group_name,
-            targets=self._targets(message),
+            group_name=message.group_name, targets=self._targets(message),
             start_state=start_state_from_message(message.robot_state),
             constraints=constraints_from_message(message.constraints),
             avoid_collisions=bool(message.avoid_collisions),
-            timeout=seconds_from_duration(message.timeout),
-        )
+            timeout=seconds_from_duration(message.timeout))
         clock = context.planning_clock()
         answer = await context.queries.submit(
             lambda: context.query_planner.ik_in_turns(request, scene, clock=clock))

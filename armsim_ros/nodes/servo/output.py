@@ -114,8 +114,7 @@ class ControllerWatch:
         return (
             self._newest is None
             and time.monotonic() - self._followed_since < _FIRST
-            and self._node.count_publishers(self._state_topic) > 0
-        )
+            and self._node.count_publishers(self._state_topic) > 0)
 
     def reference(self, now_ns: int) -> Vector | None:
         """Return where the controller wants the joints now (m,) [rad or m], None if unknown."""

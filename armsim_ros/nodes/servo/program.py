@@ -23,8 +23,13 @@ from armsim_ros.nodes.executor_program import ExecutorProgram, failures_logged
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.parameters import reason, SettingsParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.commands import CommandServices, CommandTopics
-from armsim_ros.nodes.servo.inputs import JointPositions, SceneFollower, StreamClock
+from armsim_ros.nodes.servo.inputs import (
+    CommandServices,
+    CommandTopics,
+    JointPositions,
+    SceneFollower,
+    StreamClock,
+)
 from armsim_ros.nodes.servo.output import ControllerWatch, JointCommands, StatusTopic
 from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
@@ -70,18 +75,13 @@ class ServoNode:
             serves=parameters.is_primary_planning_scene_monitor)
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
-            node=node,
-            clock=clock,
-            inbox=inbox,
+            node=node, clock=clock, inbox=inbox,
             commands=CommandTopics(node, inbox, parameters, clock.now_ns, self._frame_named),
             states=JointPositions(node, kinematics, topics, stream.target.names),
-            controller=controller,
-            stream=stream,
+            controller=controller, stream=stream,
             output=JointCommands(node, topic, stream.target.names, parameters),
-            status=StatusTopic(node, parameters.status_topic),
-            parameters=parameters,
-            ready=lambda: node.get_logger().info(READY),
-        )
+            status=StatusTopic(node, parameters.status_topic), parameters=parameters,
+            ready=lambda: node.get_logger().info(READY))
         self._services = CommandServices(
             node, inbox, self._streaming.pause, controller.follow_state)
         self._kinematics = kinematics

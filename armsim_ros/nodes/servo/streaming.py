@@ -15,8 +15,7 @@ from rclpy.subscription import Subscription
 
 from armsim_ros.config.servo import ServoParameters
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.servo.commands import CommandTopics
-from armsim_ros.nodes.servo.inputs import JointPositions, StreamClock
+from armsim_ros.nodes.servo.inputs import CommandTopics, JointPositions, StreamClock
 from armsim_ros.nodes.servo.output import ControllerWatch, JointCommands, StatusTopic
 from armsim_ros.servo.commands import (
     Command,
@@ -158,8 +157,7 @@ class Streaming:
             self._is_ready
             and not self.stream.streaming
             and self.inbox.silent
-            and not self.status.heard
-        )
+            and not self.status.heard)
 
     def _cycle(self) -> None:
         if not self._is_ready:

@@ -28,8 +28,7 @@ class _Bounded:
     """
 
     def __init__(self, queue: deque[Callable[[], object]], depth: int) -> None:
-        self._queue = queue
-        self._depth = depth
+        self._queue, self._depth = queue, depth
         self._waiting: deque[Callable[[], object]] = deque(maxlen=depth)
         self._given = self._taken = 0
 

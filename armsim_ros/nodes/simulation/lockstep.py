@@ -93,10 +93,7 @@ class Dump:
         self, node: Node, work: Work, recorder: FlightRecorder, settings: RecorderSettings,
         events: Callable[[], Iterable[ControllerEvent]]
     ) -> None:
-        self._node = node
-        self._work = work
-        self._recorder = recorder
-        self._settings = settings
+        self._node, self._work, self._recorder, self._settings = node, work, recorder, settings
         self._events = events
         self._writer = ThreadPoolExecutor(1, 'recording')
         node.create_service(  # type: ignore[misc] # rclpy annotates no coroutine

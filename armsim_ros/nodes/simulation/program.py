@@ -39,7 +39,7 @@ from armsim_ros.nodes.simulation.threads import (
 )
 from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.server import WorldServer
-from armsim_ros.nodes.state_publishers.robot_state_publisher import RobotStatePublisher, transform
+from armsim_ros.nodes.upstream.robot_state_publisher import RobotStatePublisher, transform
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation, run_digest
 from armsim_ros.sim.camera import Camera, cameras_of
@@ -104,8 +104,7 @@ class SimulationProgram:
                 spin_ns=round(pace.spin * 1e9),
                 catch_up_ns=(round(pace.catch_up * 1e9)
                              if settings.controller_manager.overruns.manage else _ALL),
-                catch_up_at_start_ns=_LONGEST_START_NS,
-            ),
+                catch_up_at_start_ns=_LONGEST_START_NS),
             priority=pace.priority)
         self._loop.on_handed_over = self._dispatcher.wake
         self._octomap: OctomapWait | None = None

@@ -6,36 +6,42 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+import json
 import time
 from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.node import Node
+from std_msgs.msg import String
+from std_srvs.srv import SetBool
 
 from armsim_ros.config.simulation import JointFault, JointFaults
-from armsim_ros.control.broadcasters.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.arm_state import Mode, NUMBERS, Safety
 from armsim_ros.control.faults import FaultInjector
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
 from armsim_ros.control.mailbox import CAPACITY, ControllerEvent
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.model.cell import Robot
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.parameters import SettingsParameters
 from armsim_ros.nodes.qos import publish_descriptions
-from armsim_ros.nodes.simulation.controller_manager.diagnostics import Activity, Diagnostics
-from armsim_ros.nodes.simulation.controller_manager.registry import (
-    ControllerDescriptions,
-    ControllerRegistry,
-)
-from armsim_ros.nodes.simulation.controller_manager.services import (
+from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
+from armsim_ros.nodes.simulation.controllers.diagnostics import Activity, Diagnostics
+from armsim_ros.nodes.simulation.controllers.manager_services import (
     ControllerManagerQueries,
     ControllerManagerServices,
 )
-from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
+from armsim_ros.nodes.simulation.controllers.registry import (
+    ControllerDescriptions,
+    ControllerRegistry,
+)
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
-from armsim_ros.nodes.simulation.safety_services import SafetyServices
 from armsim_ros.nodes.simulation.sim_time import SimTime
 from armsim_ros.nodes.vendors import ArmNodes, endpoints_of
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.vacuum_control import finger_switches, VacuumControl, wire_signals
+from armsim_ros.sim.vacuum_control import finger_switches, VacuumControl, wire_signals
 
 _REFUSALS = ('goal_rejected', 'trajectory_rejected')
 
@@ -51,9 +57,7 @@ class EventLog:
     def __init__(
         self, node: Node, manager: ControllerManager, sides: Mapping[str, ControllerNode]
     ) -> None:
-        self._node = node
-        self._manager = manager
-        self._sides = sides
+        self._node, self._manager, self._sides = node, manager, sides
         #: The last events, for recordings.
         self.recent: deque[ControllerEvent] = deque(maxlen=CAPACITY)
 
@@ -83,8 +87,7 @@ class FaultParameters:
 
     def __init__(self, node: Node, injector: FaultInjector, joints: Sequence[str]) -> None:
         """Declare the parameters of every joint that can be commanded, without faults."""
-        self._node = node
-        self._injector = injector
+        self._node, self._injector = node, injector
         self._shown = JointFaults(faults={name: JointFault() for name in joints})
         SettingsParameters(node, self._shown, self._changed)
         node.get_logger().warning('faults of joints can be injected by the parameters faults.*')
@@ -113,8 +116,7 @@ class DomainWatch:
     """
 
     def __init__(self, node: Node, found: Callable[[str], None]) -> None:
-        self._node = node
-        self._found = found
+        self._node, self._found = node, found
         self._end = time.monotonic() + WATCH_TIME
 
     def look(self) -> None:
@@ -148,10 +150,7 @@ class RobotNodes:
         self.node = time.node(
             'controller_manager', namespace=namespace, allow_undeclared_parameters=True)
         executor.add_node(self.node)
-        self._robot = robot
-        self._manager = manager
-        self._loop = loop
-        self._dispatcher = dispatcher
+        self._robot, self._manager, self._loop, self._dispatcher = robot, manager, loop, dispatcher
         self._faults = faults
         self._kept: list[Any] = []
         def new_node(name: str) -> Node:
@@ -259,3 +258,81 @@ class RobotNodes:
     def publish_diagnostics(self) -> None:
         """Publish the robot's diagnostics."""
         self._diagnostics.publish()
+
+
+try:
+    from industrial_msgs.msg import RobotMode, RobotStatus, TriState
+    HAS_STATUS = True
+except ImportError:  # without its package the topic is left out
+    HAS_STATUS = False
+
+#: A joint that is faster is in motion [rad/s or m/s].
+MOTION = 1e-3
+
+
+class RobotStatusTopic:
+    """``robot_status``, as drivers of ROS-Industrial publish it."""
+
+    def __init__(self, nodes: ArmNodes) -> None:
+        self._nodes = nodes
+        self._publisher = nodes.node.create_publisher(RobotStatus, 'robot_status', 10)
+
+    def publish(self) -> None:
+        """Publish the present state, if it has subscribers."""
+        if not self._publisher.get_subscription_count():
+            return
+        nodes, arm = self._nodes, self._nodes.arm
+        message = RobotStatus(
+            mode=RobotMode(val=RobotMode.AUTO),
+            error_codes=[NUMBERS[arm.cause.kind]] if arm.cause is not None else [])
+        fill_time(message.header.stamp, nodes.time_ns)
+        velocity = nodes.manager.hardware.state.velocity
+        for field, value in (
+            ('e_stopped', arm.safety is Safety.EMERGENCY_STOP),
+            ('drives_powered', arm.mode is not Mode.POWER_OFF),
+            ('motion_possible', not arm.obstacle),
+            ('in_motion', bool((abs(velocity) > MOTION).any())),
+            ('in_error', arm.stopped),
+        ):
+            setattr(message, field, TriState(val=int(value)))
+        self._publisher.publish(message)
+
+
+class SafetyServices:
+    """The state of an arm's drives and safety, in the robot's namespace."""
+
+    def __init__(self, nodes: ArmNodes) -> None:
+        self._arm = arm = nodes.arm
+        self._nodes = nodes
+        self._published = -1
+        self._topic = nodes.node.create_publisher(String, 'safety', qos.LATCHED)
+        self._status = RobotStatusTopic(nodes) if HAS_STATUS else None
+        pressed: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
+            'protective_stop': (arm.protective_stop, arm.clear_stop),
+            'emergency_stop': (arm.emergency_stop, arm.release_emergency_stop),
+        }
+        for name, (press, release) in pressed.items():
+            nodes.service(nodes.node, SetBool, name, partial(self._switch, press, release))
+        nodes.trigger(nodes.node, 'clear_stop', arm.clear_stop)
+        for name, mode in (('power_on', Mode.RUNNING), ('power_off', Mode.POWER_OFF)):
+            nodes.trigger(nodes.node, name, partial(arm.power_to, mode))
+        self.publish_if_changed()
+
+    def publish_if_changed(self) -> None:
+        """Publish the state if it is another than before; called ten times a second."""
+        arm = self._arm
+        if self._status is not None:
+            self._status.publish()
+        if arm.generation == self._published:
+            return
+        self._published = arm.generation
+        state = {'mode': arm.mode.value, 'safety': arm.safety.value,
+                 'cause': '' if arm.cause is None else str(arm.cause),
+                 'since': arm.since_ns * 1e-9, 'program': arm.program.value}
+        self._topic.publish(String(data=json.dumps(state)))
+
+    def _switch(self, press: Callable[[], Any], release: Callable[[], Any], request: Any,
+                response: Any) -> None:
+        refusal = (press if request.data else release)() or ''
+        response.success = not refusal
+        response.message = refusal or f'{self._arm.mode.value}, {self._arm.safety.value}'

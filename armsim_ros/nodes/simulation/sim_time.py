@@ -138,8 +138,7 @@ class ClockHint:
     """
 
     def __init__(self, clock: SimClock, warn: Callable[[str], object]) -> None:
-        self._clock = clock
-        self._warn = warn
+        self._clock, self._warn = clock, warn
         self._said = False
 
     def look(self) -> None:

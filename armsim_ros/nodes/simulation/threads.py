@@ -75,8 +75,7 @@ class ExecutorThread:
     """Spins an executor; a callback's exception is logged, and the others go on."""
 
     def __init__(self, executor: SingleThreadedExecutor, logger: RcutilsLogger) -> None:
-        self._executor = executor
-        self._logger = logger
+        self._executor, self._logger = executor, logger
         self._stopped = False
         self._thread = threading.Thread(target=self._run, name='executor', daemon=True)
 
@@ -144,12 +143,9 @@ class PriorityWatch:
         used: Callable[[], Mapping[int, float]] = lambda: real_time_use(),
         processors: int = os.cpu_count() or 1
     ) -> None:
-        self._switch = switch
-        self._report = report
-        self._waited = waited
+        self._switch, self._report, self._waited = switch, report, waited
         self._last = 0.0, math.inf
-        self._used = used
-        self._processors = processors
+        self._used, self._processors = used, processors
         self._before: tuple[float, Mapping[int, float]] | None = None
         #: What this process used when it gave way, as a share of all processors; None: it has not.
         self._given_up: float | None = None
@@ -250,8 +246,7 @@ class DutyLimit:
 
     def __init__(self, share: float = 0.8, window: float = 0.1) -> None:
         """Start counting in the thread that calls ``rest``."""
-        self._share = share
-        self._window = window
+        self._share, self._window = share, window
         self._begin = self._used = 0.0
 
     def rest(self) -> None:

@@ -20,9 +20,9 @@ PROGRAMS = {
         'ros2_control_node', 'move_group', 'servo_node')},
     'rosbridge_websocket': ('bridge.main', 'main'),
     'foxglove_bridge': ('bridge.main', 'foxglove_bridge'),
-    'spawner': ('spawner.main', 'main'),
-    'unspawner': ('spawner.main', 'unspawn'),
-    'hardware_spawner': ('spawner.main', 'set_hardware'),
+    'spawner': ('upstream.spawner', 'main'),
+    'unspawner': ('upstream.spawner', 'unspawn'),
+    'hardware_spawner': ('upstream.spawner', 'set_hardware'),
 }
 
 

@@ -21,18 +21,15 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
-from armsim_ros.nodes.state_publishers.joint_states import (
+from armsim_ros.nodes.upstream.joint_states import (
     DependentJointError,
     FIELDS,
     JointStateOptions,
     JointStates,
 )
-from armsim_ros.nodes.state_publishers.robot_state_publisher import (
-    DESCRIPTION,
-    RobotStatePublisher,
-)
 from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
-from armsim_ros.nodes.upstream.spinning import spin
+from armsim_ros.nodes.upstream.robot_state_publisher import DESCRIPTION, RobotStatePublisher
+from armsim_ros.nodes.upstream.static_transform_publisher import spin
 
 #: Parameter -> its default; all are read once, at the start.
 _DEFAULTS = {

@@ -20,9 +20,9 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from armsim_ros.control.arm_state import ArmState
 from armsim_ros.control.controller import Controller
 from armsim_ros.control.manager.controller_manager import ControllerManager
-from armsim_ros.control.safety.arm_state import ArmState
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.cell import Robot
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher, wake
@@ -45,8 +45,7 @@ class ArmNodes:
         node: Node, new_node: Callable[[str], Node]
     ) -> None:
         self.robot, self.manager, self.loop, self.node = robot, manager, loop, node
-        self.new_node = new_node
-        self.dispatcher = dispatcher
+        self.new_node, self.dispatcher = new_node, dispatcher
         self._work = Work(node, loop, dispatcher)
         self._group = ReentrantCallbackGroup()
         self._waiting: list[tuple[Callable[[], bool], Future]] = []

@@ -11,7 +11,6 @@ from typing import Any
 from xml.etree import ElementTree
 
 from controller_manager_msgs.srv import ListControllers
-from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -20,7 +19,6 @@ from armsim_ros.clients.simulated_time import PAUSED, SimulatedTime
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.verbs.terminal import call, parser, PATIENCE, read, show, table, until
 
-_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 _TYPE = 'sensor_msgs/msg/JointState'
 _MANAGER = '/list_controllers'
 SRDF = '/robot_description_semantic'
@@ -74,7 +72,7 @@ def joint_states(client: RosClient, patience: float, simulated: SimulatedTime
     def look() -> bool | None:
         for name, kinds in client.node.get_topic_names_and_types():
             if kinds[0] == _TYPE and name not in topics and client.node.count_publishers(name):
-                topics[name] = client.poll(JointState, name, _NEWEST)
+                topics[name] = client.poll(JointState, name, qos.COMMAND)
         heard = 0
         for topic in list(topics.values()):
             for message in topic.take():

@@ -13,8 +13,8 @@ import threading
 
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.nodes.ports import read_values
 from armsim_ros.nodes.robot_program import StopSignals
-from armsim_ros.nodes.serving.ports import read_values
 from armsim_ros.packages import split_path
 
 PORT = 8080

@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
-from armsim_ros.nodes.serving.json_text import to_json
+from armsim_ros.nodes.json_text import to_json
 from armsim_ros.nodes.web.server import SESSION, WebServer
 
 #: A panel gets no more than so many messages a second.

@@ -11,7 +11,7 @@ import sys
 import threading
 
 from armsim_ros.clients.ros_client import RosClient
-from armsim_ros.nodes.serving.ports import is_loopback
+from armsim_ros.nodes.ports import is_loopback
 from armsim_ros.nodes.web.main import WebArguments
 from armsim_ros.nodes.web.page import Page, Part
 from armsim_ros.nodes.web.parts.controllers import ControllersPart, SafetyPart

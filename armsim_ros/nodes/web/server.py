@@ -29,14 +29,8 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from armsim_ros.nodes.serving.access import AccessRules, answer, RateLimit
-from armsim_ros.nodes.serving.ports import (
-    free_port,
-    is_loopback,
-    ServingError,
-    shown_host,
-    silent_logger,
-)
+from armsim_ros.nodes.access import AccessRules, answer, RateLimit
+from armsim_ros.nodes.ports import free_port, is_loopback, ServingError, shown_host, silent_logger
 
 #: The largest message that is read [bytes]: a mesh that the user adds.
 LARGEST_MESSAGE = 24 << 20

@@ -52,8 +52,7 @@ class BroadPhase:
         self._model = model
         self._shapes = list(shapes)
         self._joints = np.array([joint for joint, _, _ in self._shapes], dtype=np.intp)
-        self._pairs = pairs
-        self._margins = margins
+        self._pairs, self._margins = pairs, margins
         self._active: Mask | None = None
         #: (pairs,) which of them are active.
         self._looked_at = np.zeros(0, dtype=bool)

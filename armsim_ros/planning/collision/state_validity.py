@@ -54,14 +54,11 @@ class StateValidity:
         path_constraints: ConstraintSet | None = None, avoid_collisions: bool = True,
         poll: Poll = nothing,
     ) -> None:
-        self._checker = checker
-        self._model = model
+        self._checker, self._model = checker, model
         self._base = model.apply_mimic(q)
         #: Where the group's variables are in a state; None where others follow them.
         self._places = model.places(group)
-        self._avoid_collisions = avoid_collisions
-        self.poll = poll
-        self.group = group
+        self._avoid_collisions, self.poll, self.group = avoid_collisions, poll, group
         self.path_constraints = (
             None if path_constraints is None or path_constraints.empty else path_constraints
         )

@@ -62,13 +62,9 @@ class SceneMap:
         self._pose: Matrix | None = None
         self._reach = growth + HALF_DIAGONAL * resolution
         #: Increases each time that the map is forgotten.
-        self._epoch = 0
-        scene.add_listener(self._edited)
-
-    @property
-    def epoch(self) -> int:
+        self.epoch = 0
         """Increases each time that the map is forgotten."""
-        return self._epoch
+        scene.add_listener(self._edited)
 
     def add(self, sight: Sight, pose: Matrix, epoch: int | None = None) -> Mask:
         """
@@ -83,7 +79,7 @@ class SceneMap:
             sight.spread, sight.sensor), to_map)
         measurement = Measurement(
             sight.points, to_map @ sight.sensor, sight.max_range, sight.beyond)
-        known = self._epoch if epoch is None else epoch
+        known = self.epoch if epoch is None else epoch
         while True:
             base = self._map
             added, kept = base.inserted(measurement, bodies)
@@ -100,7 +96,7 @@ class SceneMap:
 
     def _empty(self) -> None:
         self._map = OccupancyMap(self._map.resolution)
-        self._epoch += 1
+        self.epoch += 1
 
     def _taken(
         self, base: OccupancyMap, added: OccupancyMap, pose: Matrix, epoch: int
@@ -110,10 +106,10 @@ class SceneMap:
 
         def change() -> Octomap | None:
             nonlocal done
-            if self._epoch == epoch and self._map is base:
+            if self.epoch == epoch and self._map is base:
                 self._map, self._pose = added, pose
                 return added.octomap(pose)
-            done = self._epoch != epoch
+            done = self.epoch != epoch
             return self._scene.octomap
 
         self._scene.change_octomap(change)

@@ -35,8 +35,7 @@ class TrapezoidalProfile:
     """
 
     def __init__(self, distance: float, speed: float, acceleration: float) -> None:
-        self._distance = distance
-        self._acceleration = acceleration
+        self._distance, self._acceleration = distance, acceleration
         self._peak = min(speed, math.sqrt(distance * acceleration))
         self._ramp = self._peak / acceleration
         cruise = (distance - self._peak * self._ramp) / self._peak if self._peak else 0.0
@@ -105,10 +104,7 @@ class JointSampler:
         self, context: PlanningContext, validity: StateValidity, frame: Frame, source: str,
         check: Callable[[], None],
     ) -> None:
-        self._context = context
-        self._validity = validity
-        self._frame = frame
-        self._source = source
+        self._context, self._validity, self._frame, self._source = context, validity, frame, source
         self._check = check
         self._fastest, self._hardest = given_limits(context.model.robot, validity.joint_names)
 

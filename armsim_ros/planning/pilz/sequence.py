@@ -9,11 +9,15 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
+import pinocchio as pin
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
+from armsim_ros.planning.collision.state_validity import StateValidity
+from armsim_ros.planning.constraint_terms import Frame
 from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.pilz.blending import Blender, meet
-from armsim_ros.planning.pilz.blending import SOURCE as BLEND
+from armsim_ros.planning.pilz.joint_sampling import JointSampler
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
@@ -196,8 +200,7 @@ def _check_start_states(items: Sequence[SequenceItem]) -> None:
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
                 f"motion {number} gives a start state, but group '{group}' begins where an "
-                'earlier motion has ended; leave it empty', SOURCE,
-            )
+                'earlier motion has ended; leave it empty', SOURCE)
         groups.add(group)
 
 
@@ -206,8 +209,7 @@ def _start(given: StartState, reached: Mapping[str, float], first: StartState) -
     positions = {**reached, **dict(zip(given.joint_names, given.positions, strict=False))}
     return replace(
         given, joint_names=tuple(positions), positions=tuple(positions.values()), is_diff=True,
-        velocities=(), attached_objects=(*first.attached_objects, *given.attached_objects),
-    )
+        velocities=(), attached_objects=(*first.attached_objects, *given.attached_objects))
 
 
 def _usable_radii(context: PlanningContext, items: Sequence[SequenceItem]) -> list[float]:
@@ -249,3 +251,117 @@ def _check_overlap(
 
 def _error(text: str) -> PlanningError:
     return PlanningError(MoveItErrorCode.INVALID_MOTION_PLAN, text, SOURCE)
+
+
+BLEND = 'blend'
+_SAME = 1e-4
+"""Largest difference of states [rad or m, and per s], and of sampling times [s]."""
+
+
+class Blender:
+    """
+    Blends motions of a group.
+
+    :param context: the robot and its solvers.
+    :param validity: of the group.
+    :param tip: the tip of the group's solver.
+    """
+
+    def __init__(self, context: PlanningContext, validity: StateValidity, tip: str) -> None:
+        self._model = context.model
+        self._validity, self._tip = validity, tip
+        self._sampler = JointSampler(
+            context, validity, Frame(tip, np.eye(4)), BLEND, validity.poll)
+
+    def poses(self, motion: QuinticMotion) -> Matrix:
+        """Return where the tip is at every point of a motion (k, 4, 4)."""
+        return np.array([
+            self._model.link_pose(self._validity.full(values), self._tip)
+            for values in motion.positions])
+
+    def blended(
+        self, first: QuinticMotion, second: QuinticMotion, radius: float
+    ) -> tuple[QuinticMotion, QuinticMotion, QuinticMotion]:
+        """
+        Return what is left of the first motion, the blend, and what is left of the second.
+
+        The tip leaves the first motion where it enters the sphere and joins the second where it
+        leaves the sphere; between, its poses change between both motions by a polynomial of degree
+        five. Times of blend and rest count from the end of the part before.
+
+        :param radius: of the sphere [m].
+        :raises PlanningError: FAILURE where the motions cannot be blended; NO_IK_SOLUTION or
+            PLANNING_FAILED where the joints cannot follow.
+        """
+        step = _sampling_time(first, second)
+        _check_meeting(first, second)
+        ways = self.poses(first), self.poses(second)
+        meeting = ways[0][-1, :3, 3]
+        near = [np.linalg.norm(way[:, :3, 3] - meeting, axis=1) for way in ways]
+        enters = _crossing(near[0][::-1], radius, 'first')
+        enter = len(near[0]) - 1 - enters
+        leave = _crossing(near[1], radius, 'second')
+        align = len(near[0]) - leave - 1 if enters > leave else enter
+        count = leave + align - enter + 1
+        poses = []
+        for k in range(count):
+            a = ways[0][min(enter + k, len(ways[0]) - 1)]
+            b = ways[1][max(enter + k - align, 0)]
+            poses.append((step * (k + 1), _between(a, b, (k + 1) / count)))
+        blend = self._sampler.followed(
+            poses, first.positions[enter - 1], first.velocities[enter - 1], step)
+        rest = second.part(leave + 1)
+        return first.part(0, enter), blend, QuinticMotion(
+            rest.times - rest.times[0] + step, rest.positions, rest.velocities,
+            rest.accelerations)
+
+
+def _sampling_time(first: QuinticMotion, second: QuinticMotion) -> float:
+    """Return the time [s] between the points of both motions but their last ones."""
+    intervals: list[Vector] = [np.diff(motion.times)[:-1] for motion in (first, second)]
+    every: NDArray[np.float64] = np.concatenate(intervals)
+    if not len(every):
+        raise _no_blend('both motions have too few points')
+    if np.abs(every - every[0]).max() > _SAME:
+        raise _no_blend('the motions are not sampled at the same even times; blend motions of '
+                        'PTP, LIN and CIRC')
+    return float(every[0])
+
+
+def meet(first: QuinticMotion, second: QuinticMotion) -> bool:
+    """Return whether a motion ends in the state in which another starts."""
+    return all(
+        float(np.linalg.norm(a[-1] - b[0])) <= _SAME for a, b in (
+            (first.positions, second.positions), (first.velocities, second.velocities),
+            (first.accelerations, second.accelerations)))
+
+
+def _check_meeting(first: QuinticMotion, second: QuinticMotion) -> None:
+    if not meet(first, second):
+        raise _no_blend('the second motion does not start where the first one ends')
+    if any(float(np.linalg.norm(each)) > _SAME
+           for each in (first.velocities[-1], first.accelerations[-1])):
+        raise _no_blend('the motions do not rest where they meet')
+
+
+def _crossing(near: Vector, radius: float, which: str) -> int:
+    """Return the last point before the distances (k,) from the meeting point pass the radius."""
+    crossing = np.flatnonzero((near[:-1] <= radius) & (near[1:] >= radius))
+    if not len(crossing):
+        raise _no_blend(f'the {which} motion lies within the blend radius {radius:g} m of the '
+                        'point where both meet; give a smaller blend_radius')
+    return int(crossing[0])
+
+
+def _between(first: Matrix, second: Matrix, share: float) -> Matrix:
+    """Return the pose (4, 4) between two, by a polynomial of a share 0..1."""
+    weight = 6.0 * share**5 - 15.0 * share**4 + 10.0 * share**3
+    pose = np.eye(4)
+    pose[:3, 3] = first[:3, 3] + weight * (second[:3, 3] - first[:3, 3])
+    turn = pin.log3(first[:3, :3].T @ second[:3, :3])
+    pose[:3, :3] = first[:3, :3] @ pin.exp3(weight * turn)
+    return pose
+
+
+def _no_blend(text: str) -> PlanningError:
+    return PlanningError(MoveItErrorCode.FAILURE, f'blending failed: {text}', BLEND)

@@ -71,8 +71,7 @@ class AllowedCollisionMatrix:
             return set(), set()
         return (
             {pair for pair, _ in self.pairs.items() ^ other.pairs.items()},
-            {name for name, _ in self.defaults.items() ^ other.defaults.items()},
-        )
+            {name for name, _ in self.defaults.items() ^ other.defaults.items()})
 
     def with_pair(self, first: str, second: str, allowed: bool) -> AllowedCollisionMatrix:
         """Return a matrix in which a pair is set."""
@@ -101,14 +100,12 @@ class AllowedCollisionMatrix:
         pairs = {sorted_pair(name, other): allowed for other in partners if other != name}
         matrix = self.with_pairs(pairs)
         return AllowedCollisionMatrix(
-            matrix.pairs, matrix.defaults, _united(matrix.names, (name,))
-        )
+            matrix.pairs, matrix.defaults, _united(matrix.names, (name,)))
 
     def with_default(self, name: str, allowed: bool) -> AllowedCollisionMatrix:
         """Return a matrix with a default for a name."""
         return AllowedCollisionMatrix(
-            self.pairs, {**self.defaults, name: allowed}, _united(self.names, (name,))
-        )
+            self.pairs, {**self.defaults, name: allowed}, _united(self.names, (name,)))
 
     def without(self, names: Iterable[str]) -> AllowedCollisionMatrix:
         """Return a matrix that knows nothing of the names; itself if it never did."""
@@ -118,8 +115,7 @@ class AllowedCollisionMatrix:
         return AllowedCollisionMatrix(
             {pair: value for pair, value in self.pairs.items() if not gone.intersection(pair)},
             {name: value for name, value in self.defaults.items() if name not in gone},
-            tuple(name for name in self.names if name not in gone),
-        )
+            tuple(name for name in self.names if name not in gone))
 
     def to_update(self) -> AcmUpdate:
         """Return the content of a message, sorted; every pair has its effective value."""
@@ -139,15 +135,13 @@ class AllowedCollisionMatrix:
         _check_sizes(update)
         defaults = _without_contradiction(
             (name, (name, bool(value))) for name, value in
-            zip(update.default_entry_names, update.default_entry_values, strict=True)
-        )
+            zip(update.default_entry_names, update.default_entry_values, strict=True))
         plain = cls({}, defaults)
         values = _without_contradiction(
             (names[i], (sorted_pair(names[i], names[j]), bool(rows[i][j])))
             for i in range(len(names))
             for j in range(i + 1, len(names))
-            if names[i] != names[j]
-        )
+            if names[i] != names[j])
         pairs = {pair: value for pair, value in values.items() if value != plain._default(*pair)}
         return cls(pairs, defaults, _united(names, defaults))
 
@@ -186,8 +180,7 @@ def _without_contradiction(
             raise PlanningError(
                 MoveItErrorCode.FAILURE,
                 f"the allowed collision matrix names '{name}' twice and contradicts itself about "
-                f'{key}; the matrix stays as it was',
-            )
+                f'{key}; the matrix stays as it was')
     return values
 
 
@@ -204,5 +197,4 @@ def _check_sizes(update: AcmUpdate) -> None:
     if wrong:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
-            f'the allowed collision matrix has {wrong}; the matrix stays as it was',
-        )
+            f'the allowed collision matrix has {wrong}; the matrix stays as it was')

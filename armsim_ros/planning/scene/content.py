@@ -84,8 +84,7 @@ class SceneDraft:
     """
 
     def __init__(self, kinematics: KinematicModel, base: SceneContent) -> None:
-        self.kinematics = kinematics
-        self._base = base
+        self.kinematics, self._base = kinematics, base
         self.q, self.name, self.acm = base.q, base.name, base.acm
         self.objects, self.attached = dict(base.objects), dict(base.attached)
         self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
@@ -137,8 +136,7 @@ class SceneDraft:
                 MoveItErrorCode.INVALID_LINK_NAME,
                 f"{what} link '{link}', which robot '{robot.name}' does not have "
                 f'{nearest(link, tuple(robot.links))}'.rstrip(),
-                'planning scene',
-            )
+                'planning scene')
 
 
 SceneParts = SceneContent | SceneDraft
@@ -193,8 +191,7 @@ def frame_pose(
         MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
         f"frame '{frame}': its chain of transforms leads to no link of the robot, it goes in a "
         f"circle at '{name}'",
-        'planning scene',
-    )
+        'planning scene')
 
 
 def transform(kinematics: KinematicModel, content: SceneContent, frame: str) -> Matrix:
@@ -275,8 +272,7 @@ def _unknown(
         f"frame '{frame}' is not a link, object, subframe or known fixed frame{joined}; "
         f"the model frame is '{kinematics.robot.model_frame}' "
         f'{nearest(name, known_frames(kinematics, content))}'.rstrip(),
-        'planning scene',
-    )
+        'planning scene')
 
 
 def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, ...]:
@@ -284,8 +280,4 @@ def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, 
     bodies = [*content.objects.values(), *(item.object for item in content.attached.values())]
     subframes = [f'{body.id}/{name}' for body in bodies for name in body.subframes]
     return (
-        *kinematics.robot.links,
-        *(body.id for body in bodies),
-        *subframes,
-        *content.frames,
-    )
+        *kinematics.robot.links, *(body.id for body in bodies), *subframes, *content.frames)

@@ -63,8 +63,7 @@ def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
     if operation is ObjectOperation.MOVE:
         raise object_error(
             f"attached object '{item.id}' cannot be moved on its link; detach it, "
-            'or attach it again with another pose'
-        )
+            'or attach it again with another pose')
     _check_link(draft, item)
     if operation is ObjectOperation.APPEND and item.id in draft.attached:
         draft.attach(_appended(draft, item))
@@ -90,8 +89,7 @@ def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
     if operation is not ObjectOperation.ADD:
         raise object_error(
             f"attached object '{item.id}': a start state takes ADD and REMOVE only, not "
-            f'{operation.name}'
-        )
+            f'{operation.name}')
     _check_link(draft, item)
     draft.attached[item.id] = _on_link(draft, item, _built(draft, item.object))
 
@@ -165,11 +163,8 @@ def _in_model_frame(
 def _extended(old: CollisionObject, new: CollisionObject) -> CollisionObject:
     """Return the old object with the shapes of another, in its own frame, and its subframes."""
     return replace(
-        old,
-        shapes=old.shapes + new.shapes,
-        subframes=new.subframes,
-        type=old.type if new.type.empty else new.type,
-    )
+        old, shapes=old.shapes + new.shapes, subframes=new.subframes,
+        type=old.type if new.type.empty else new.type)
 
 
 def _remove(draft: SceneDraft, id_: str) -> None:
@@ -178,8 +173,7 @@ def _remove(draft: SceneDraft, id_: str) -> None:
         if id_ in draft.attached:
             hint = f"it is attached to link '{draft.attached[id_].link_name}', detach it first"
         raise object_error(
-            f"object '{id_}' is not in the world, so it cannot be removed {hint}".rstrip()
-        )
+            f"object '{id_}' is not in the world, so it cannot be removed {hint}".rstrip())
     draft.remove((id_,) if id_ else draft.objects)
 
 
@@ -189,15 +183,13 @@ def _moved(
     if old is None:
         raise object_error(
             f"object '{item.id}' is not in the world, so it cannot be moved "
-            f'{nearest(item.id, tuple(draft.objects))}'.rstrip()
-        )
+            f'{nearest(item.id, tuple(draft.objects))}'.rstrip())
     given, shapes = item.shape_poses, old.shapes
     if given:
         if len(given) != len(shapes):
             raise object_error(
                 f"object '{item.id}' has {len(shapes)} shapes, but the move gives {len(given)} "
-                'shape poses; give one for each shape, or none at all'
-            )
+                'shape poses; give one for each shape, or none at all')
         what = f"a shape's pose of object '{item.id}'"
         shapes = tuple(ObjectShape(shape.geometry, check_pose(pose, what))
                        for shape, pose in zip(shapes, given, strict=True))
@@ -234,8 +226,7 @@ def _in_world(draft: SceneDraft, item: AttachedObject) -> CollisionObject:
         hint = f"it is attached to link '{draft.attached[item.id].link_name}' already"
     raise object_error(
         f"object '{item.id}' is not in the world, so it cannot be attached to link "
-        f"'{item.link_name}'; add it first, or give its shapes {hint}".rstrip()
-    )
+        f"'{item.link_name}'; add it first, or give its shapes {hint}".rstrip())
 
 
 def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
@@ -243,25 +234,19 @@ def _appended(draft: SceneDraft, item: AttachedObject) -> AttachedObject:
     if old.link_name != item.link_name:
         raise object_error(
             f"object '{old.id}' is attached to link '{old.link_name}', so nothing can be "
-            f"appended to it on link '{item.link_name}'"
-        )
+            f"appended to it on link '{item.link_name}'")
     added = _built(draft, item.object)
     body = replace(
-        old.object,
-        shapes=added.shapes + old.object.shapes,
+        old.object, shapes=added.shapes + old.object.shapes,
         subframes=MappingProxyType({**old.object.subframes, **added.subframes}),
-        type=old.object.type if added.type.empty else added.type,
-    )
+        type=old.object.type if added.type.empty else added.type)
     if _given_pose(item.object) is not None:
         on_link = inverse_pose(draft.link_pose(old.link_name)) @ added.pose
         body = body.at(on_link, old.link_name)
     return AttachedObject(
-        old.link_name,
-        body,
-        tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
+        old.link_name, body, tuple(dict.fromkeys((*old.touch_links, *item.touch_links))),
         item.detach_posture if len(item.detach_posture) else old.detach_posture,
-        item.weight or old.weight,
-    )
+        item.weight or old.weight)
 
 
 def _detach(draft: SceneDraft, item: AttachedObject) -> None:
@@ -276,8 +261,7 @@ def _detach(draft: SceneDraft, item: AttachedObject) -> None:
             raise _not_attached(draft, id_)
         if link not in ('', found.link_name):
             raise object_error(
-                f"object '{id_}' is attached to link '{found.link_name}', not to '{link}'"
-            )
+                f"object '{id_}' is attached to link '{found.link_name}', not to '{link}'")
         gone = [found]
     for each in gone:
         del draft.attached[each.id]
@@ -290,8 +274,7 @@ def _detach(draft: SceneDraft, item: AttachedObject) -> None:
 def _not_attached(draft: SceneDraft, id_: str) -> PlanningError:
     return object_error(
         f"object '{id_}' is not attached, so it cannot be detached "
-        f'{nearest(id_, tuple(draft.attached))}'.rstrip()
-    )
+        f'{nearest(id_, tuple(draft.attached))}'.rstrip())
 
 
 def _released(draft: SceneDraft, item: AttachedObject) -> CollisionObject:

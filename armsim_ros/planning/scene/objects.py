@@ -168,8 +168,7 @@ def message_pose(xyz: Sequence[float], quat_xyzw: Sequence[float]) -> Matrix:
     values = [*xyz, *quat_xyzw]
     if not all(math.isfinite(value) for value in values):
         raise PlanningError(
-            MoveItErrorCode.FAILURE, f'a pose has a number that is not finite: {values}'
-        )
+            MoveItErrorCode.FAILURE, f'a pose has a number that is not finite: {values}')
     if not any(quat_xyzw):
         quat_xyzw = (0.0, 0.0, 0.0, 1.0)
     largest = max(abs(part) for part in quat_xyzw)

@@ -47,9 +47,7 @@ class Leaves:
     """
 
     def __init__(self, corners: Integers, levels: Integers, log_odds: Floats) -> None:
-        self.corners = corners
-        self.levels = levels
-        self.log_odds = log_odds
+        self.corners, self.levels, self.log_odds = corners, levels, log_odds
 
     @property
     def occupied(self) -> Mask:

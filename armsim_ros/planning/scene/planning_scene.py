@@ -50,13 +50,8 @@ class PlanningScene(SceneView):
     """
 
     def __init__(
-        self,
-        kinematics: KinematicModel,
-        *,
-        name: str = '',
-        link_padding: float = 0.0,
-        link_scale: float = 1.0,
-        auto_disable_adjacent: bool = True,
+        self, kinematics: KinematicModel, *, name: str = '', link_padding: float = 0.0,
+        link_scale: float = 1.0, auto_disable_adjacent: bool = True
     ) -> None:
         q = kinematics.default()
         q.setflags(write=False)
@@ -65,11 +60,9 @@ class PlanningScene(SceneView):
             q,
             name,
             acm=AllowedCollisionMatrix.from_robot(
-                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent
-            ),
+                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent),
             link_padding=MappingProxyType(dict.fromkeys(solid, link_padding)),
-            link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)),
-        )
+            link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)))
         super().__init__(kinematics, self._initial)
         #: Held while an edit is made, and while its result is put in place.
         self._editing, self._lock = threading.RLock(), threading.RLock()
@@ -93,9 +86,7 @@ class PlanningScene(SceneView):
         if state.shape != (self.kinematic_model.n,) or not np.isfinite(state).all():
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
-                f'a robot state needs {self.kinematic_model.n} finite numbers',
-                'planning scene',
-            )
+                f'a robot state needs {self.kinematic_model.n} finite numbers', 'planning scene')
         state.setflags(write=False)
         with self._lock:
             self._commit(replace(self._content, q=state))
@@ -205,11 +196,9 @@ class PlanningScene(SceneView):
                 now = self._content
                 if now is not base:  # the robot has moved meanwhile, or frames or the map were set
                     made = replace(
-                        made,
-                        q=now.q if made.q is base.q else made.q,
+                        made, q=now.q if made.q is base.q else made.q,
                         frames=now.frames if made.frames is base.frames else made.frames,
-                        octomap=now.octomap if made.octomap is base.octomap else made.octomap,
-                    )
+                        octomap=now.octomap if made.octomap is base.octomap else made.octomap)
                 self._commit(made)
 
     def _commit(self, content: SceneContent) -> None:

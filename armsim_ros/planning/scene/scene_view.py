@@ -32,8 +32,7 @@ class SceneView:
     """
 
     def __init__(self, kinematics: KinematicModel, content: SceneContent) -> None:
-        self.kinematic_model = kinematics
-        self._content = content
+        self.kinematic_model, self._content = kinematics, content
 
     @property
     def content(self) -> SceneContent:

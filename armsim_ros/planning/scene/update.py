@@ -188,8 +188,7 @@ def _add_attached(draft: SceneDraft, item: AttachedObject) -> None:
     if item.object.operation != ObjectOperation.ADD:
         raise object_error(
             f"attached object '{item.id}': a robot state whose is_diff is false takes ADD only; "
-            'set robot_state.is_diff to detach or change it'
-        )
+            'set robot_state.is_diff to detach or change it')
     apply_attached(draft, item)
 
 
@@ -199,8 +198,7 @@ def _set_joints(draft: SceneDraft, state: StartState) -> None:
         raise PlanningError(
             MoveItErrorCode.INVALID_ROBOT_STATE,
             f'the robot state has {len(names)} joint names but {len(positions)} positions',
-            'planning scene',
-        )
+            'planning scene')
     if names:
         q = draft.kinematics.vector(dict(zip(names, positions, strict=True)), draft.q)
         q.setflags(write=False)

@@ -67,10 +67,7 @@ class GoalSampler:
         self, model: KinematicModel, inverse: InverseKinematics, validity: StateValidity,
         start: Vector, rng: np.random.Generator,
     ) -> None:
-        self._model = model
-        self._inverse = inverse
-        self._validity = validity
-        self._start = start
+        self._model, self._inverse, self._validity, self._start = model, inverse, validity, start
         self._rng = rng
         self._indices = model.group_indices(validity.group)
         self._origin: Vector = start[self._indices]

@@ -45,10 +45,7 @@ class JointSpace:
         self, validity: StateValidity, start: Vector, step: float, exact: bool,
         clearance: float = 0.0,
     ) -> None:
-        self.validity = validity
-        self.step = step
-        self.exact = exact
-        self.clearance = clearance
+        self.validity, self.step, self.exact, self.clearance = validity, step, exact, clearance
         #: Motions that were asked for.
         self.motions = 0
         lower, upper = validity.search_lower, validity.search_upper

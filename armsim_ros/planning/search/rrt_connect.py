@@ -92,8 +92,7 @@ class SamplePool:
     """
 
     def __init__(self, tree: SearchTree, draw: Callable[[int], Matrix]) -> None:
-        self._tree = tree
-        self._draw = draw
+        self._tree, self._draw = tree, draw
         self._samples: Matrix = np.empty((0, 0))
         #: Squares of the distances of samples to their nearest states.
         self._squares: Vector = np.empty(0)
@@ -184,9 +183,7 @@ class RRTConnect:
         rng: np.random.Generator,
     ) -> None:
         self._low, self._span = low, high - low
-        self._steer = steer
-        self._extension = extension
-        self._rng = rng
+        self._steer, self._extension, self._rng = steer, extension, rng
         self.motions = 0
 
     def find(

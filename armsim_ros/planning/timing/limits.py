@@ -52,8 +52,7 @@ class MotionLimits:
         :param acceleration: factor in (0, 1].
         """
         return MotionLimits(
-            self.velocity * velocity, self.acceleration * acceleration, self.jerk
-        )
+            self.velocity * velocity, self.acceleration * acceleration, self.jerk)
 
 
 def scaling_factor(value: float, name: str, log: Log) -> float:
@@ -78,8 +77,7 @@ class LimitTable:
     """
 
     def __init__(self, robot: RobotModel, log: Log) -> None:
-        self._robot = robot
-        self._log = log
+        self._robot, self._log = robot, log
         self._reported: set[str] = set()
 
     def limits(self, joint_names: Iterable[str]) -> MotionLimits:
@@ -90,8 +88,7 @@ class LimitTable:
         acceleration = [self._usable(each.acceleration, DEFAULT_ACCELERATION) for each in found]
         self._tell(names, 'velocity', [each.velocity for each in found], DEFAULT_VELOCITY)
         self._tell(
-            names, 'acceleration', [each.acceleration for each in found], DEFAULT_ACCELERATION
-        )
+            names, 'acceleration', [each.acceleration for each in found], DEFAULT_ACCELERATION)
         jerk = [each.jerk if each.jerk > 0.0 else math.inf for each in found]
         return MotionLimits(np.array(velocity), np.array(acceleration), np.array(jerk))
 
@@ -101,8 +98,7 @@ class LimitTable:
         """Return the limits of these joints times a request's scaling factors."""
         return self.limits(joint_names).scaled(*(
             scaling_factor(getattr(request, name), name, self._log)
-            for name in ('max_velocity_scaling_factor', 'max_acceleration_scaling_factor')
-        ))
+            for name in ('max_velocity_scaling_factor', 'max_acceleration_scaling_factor')))
 
     @staticmethod
     def _usable(value: float, default: float) -> float:
@@ -121,13 +117,11 @@ class LimitTable:
             what = 'joint has' if len(lacking) == 1 else 'joints have'
             self._log.warning(
                 f'{what} no {kind} limit: {", ".join(lacking)}; assuming {default:g}. Give '
-                f'has_{kind}_limits: true and max_{kind} of each in joint_limits.yaml'
-            )
+                f'has_{kind}_limits: true and max_{kind} of each in joint_limits.yaml')
 
 
 def link_speed_limit(
-    model: KinematicModel, validity: StateValidity,
-    request: MotionPlanRequest | CartesianRequest,
+    model: KinematicModel, validity: StateValidity, request: MotionPlanRequest | CartesianRequest
 ) -> SpeedLimit | None:
     """
     Return the largest path speed at which a link keeps a request's ``max_cartesian_speed``.

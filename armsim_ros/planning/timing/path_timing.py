@@ -72,8 +72,7 @@ def time_waypoints(
         MoveItErrorCode.INVALID_MOTION_PLAN,
         f'the timed trajectory is not valid {fault}; plan again, or keep more clearance around '
         'objects',
-        'ValidateSolution', fault.contacts if fault else (),
-    )
+        'ValidateSolution', fault.contacts if fault else ())
 
 
 def _shrink_corners(
@@ -135,8 +134,7 @@ def first_fault(
 
 
 def _blocked_at(
-    motion: QuinticMotion, validity: StateValidity, step: float, clearance: float,
-    since: float,
+    motion: QuinticMotion, validity: StateValidity, step: float, clearance: float, since: float
 ) -> float | None:
     """Return the time [s] at which a motion leaves limits or free states, None for never."""
     if len(motion.times) < 2 or since >= motion.duration:
@@ -145,7 +143,6 @@ def _blocked_at(
     positions = motion.sample(times)
     beyond = np.flatnonzero(np.any(
         (positions < validity.lower - _OVERSHOOT) | (positions > validity.upper + _OVERSHOOT),
-        axis=1,
-    ))
+        axis=1))
     return float(times[beyond[0]]) if len(beyond) else first_blocked(
         positions, validity, step, times, clearance)

@@ -107,8 +107,7 @@ class BlendedPath:
         piece = self.piece_at(s)
         x = (s - self.knots[piece])[:, None]
         result: Vector = self._starts[piece] + x * (
-            self._slopes[piece] + 0.5 * x * self._curvatures[piece]
-        )
+            self._slopes[piece] + 0.5 * x * self._curvatures[piece])
         return result
 
     def slope(self, s: Vector, piece: NDArray[np.int64] | None = None) -> Vector:
@@ -181,8 +180,7 @@ class _SpeedProfile:
         """Return the path position at times t (k,)."""
         inside = np.clip(t, 0.0, self.duration)
         stage = np.clip(
-            np.searchsorted(self.times, inside, side='right') - 1, 0, len(self.times) - 2
-        )
+            np.searchsorted(self.times, inside, side='right') - 1, 0, len(self.times) - 2)
         after = inside - self.times[stage]
         span = self.times[stage + 1] - self.times[stage]
         rate = (self.speed[stage + 1] - self.speed[stage]) / span
@@ -225,8 +223,7 @@ def _speed_profile(
     # The solver's tolerances are absolute: it gets the motion at a speed of about 1.
     unit = float(np.max(limits.velocity))
     speed = fastest_path_speed(
-        grid, first, last, path.curvature(piece), fastest / unit, limits.acceleration / unit**2
-    )
+        grid, first, last, path.curvature(piece), fastest / unit, limits.acceleration / unit**2)
     if speed is None:
         raise PlanningError(
             MoveItErrorCode.FAILURE,
@@ -234,8 +231,7 @@ def _speed_profile(
             f'{np.round(limits.velocity, 4).tolist()} and acceleration limits '
             f'{np.round(limits.acceleration, 4).tolist()}; raise them in joint_limits.yaml '
             'or the scaling factors',
-            _SOURCE,
-        )
+            _SOURCE)
     speed = speed * unit
     mean = 0.5 * (speed[:-1] + speed[1:])
     times = np.concatenate([[0.0], np.cumsum(np.diff(grid) / np.maximum(mean, 1e-9))])
@@ -294,8 +290,7 @@ def time_path(
         raise PlanningError(
             MoveItErrorCode.FAILURE,
             f'the motion would last {profile.duration:.0f} s, more than {LONGEST:.0f} s; raise '
-            'the scaling factors or the limits', _SOURCE,
-        )
+            'the scaling factors or the limits', _SOURCE)
     spacing = min(max(profile.duration / POINTS, POINT_SPACING[0]), POINT_SPACING[1])
     jerk_window = float(np.max(2.0 * limits.acceleration / limits.jerk))
     motion = _averaged(path, profile, (max(spacing, jerk_window), spacing), spacing)
@@ -308,5 +303,4 @@ def _excess(motion: QuinticMotion, limits: MotionLimits) -> float:
     velocity, acceleration = motion.peaks()
     return max(
         float(np.max(velocity / limits.velocity)),
-        float(np.sqrt(np.max(acceleration / limits.acceleration))),
-    )
+        float(np.sqrt(np.max(acceleration / limits.acceleration))))

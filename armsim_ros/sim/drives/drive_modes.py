@@ -48,8 +48,7 @@ class DriveGains:
         self, joint_names: tuple[str, ...], settings: SimulationSettings,
         gains: Mapping[str, PidGains], weights: Vector
     ) -> None:
-        self._joint_names = joint_names
-        self._settings = settings
+        self._joint_names, self._settings = joint_names, settings
         self._weights = dict(zip(joint_names, weights.tolist(), strict=True))
         self._given = dict(gains)
         self._factor = 1.0

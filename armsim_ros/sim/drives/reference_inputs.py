@@ -65,11 +65,6 @@ class ReferenceInputs(Restorable):
         self._follow_inertia()
 
     @property
-    def resting(self) -> bool:
-        """Whether the inputs stay as they are as long as the commands do."""
-        return self._resting
-
-    @property
     def reference(self) -> Vector:
         """Where the drives want the joints to be now (n,) [rad or m]."""
         reference: Vector = self._references[self._row]
@@ -169,4 +164,5 @@ class ReferenceInputs(Restorable):
         self._inputs, self._tunings = self._references[:0], {}
         self._counts, self._counted = [self._untuned], 0
         self._row, self._stride = 0, 1
-        self._resting = False
+        self.resting = False
+        """Whether the inputs stay as they are as long as the commands do."""

@@ -260,7 +260,7 @@ class Servo(ReferenceInputs):
         np.subtract(references[1:], references[:-1], out=velocities[1:])
         velocities[1:] /= self._timestep
         self._set_plan(references, velocities, steps)
-        self._resting = velocities.tobytes() == bytes(velocities.nbytes)
+        self.resting = velocities.tobytes() == bytes(velocities.nbytes)
 
     def _plan_from_state(self, position: Vector, velocity: Vector) -> None:
         """Plan a step for drives that depend on what is measured."""

@@ -123,12 +123,9 @@ class PlantSpec:
         """Add what a vacuum gripper may hold an object by; none of it acts at first."""
         for name, gripper in self._grippers.items():
             weld = self.spec.add_equality(
-                name=weld_name(name, item.name),
-                type=mujoco.mjtEq.mjEQ_WELD,
-                objtype=mujoco.mjtObj.mjOBJ_BODY,
-                name1=self.name(gripper.link),
-                name2=object_body_name(item.name),
-            )
+                name=weld_name(name, item.name), type=mujoco.mjtEq.mjEQ_WELD,
+                objtype=mujoco.mjtObj.mjOBJ_BODY, name1=self.name(gripper.link),
+                name2=object_body_name(item.name))
             weld.active = 0
             weld.solref = [2.0 * self.spec.option.timestep, 1.0]
             weld.solimp = list(WELD_SOLIMP)
@@ -144,13 +141,9 @@ class PlantSpec:
 
     def _add_floor(self) -> Any:
         return self.spec.worldbody.add_geom(
-            name=FLOOR_NAME,
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[PLANE_HALF_SIZE, PLANE_HALF_SIZE, 0.1],
-            rgba=[0.5, 0.5, 0.5, 1.0],
-            group=WORLD_GROUP,
-            **TOUCHING,
-        )
+            name=FLOOR_NAME, type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[PLANE_HALF_SIZE, PLANE_HALF_SIZE, 0.1], rgba=[0.5, 0.5, 0.5, 1.0],
+            group=WORLD_GROUP, **TOUCHING)
 
     def add_object(self, item: WorldObject) -> None:
         """
@@ -175,18 +168,10 @@ class PlantSpec:
             set_inertial(body, item.inertial)
         for i, part in enumerate(item.parts):
             add_geom(
-                self.spec,
-                body,
-                part.geometry,
-                part.origin,
-                mesh_name=f'{name}/{i}',
+                self.spec, body, part.geometry, part.origin, mesh_name=f'{name}/{i}',
                 mass=(item.mass or 0.0) * volumes[i] / sum(volumes),
-                friction=[item.friction, 0.005, 0.0001],
-                rgba=part.rgba or (0.6, 0.6, 0.6, 1.0),
-                group=WORLD_GROUP,
-                **TOUCHING,
-                **({} if item.mass is None else GRASPABLE),
-            )
+                friction=[item.friction, 0.005, 0.0001], rgba=part.rgba or (0.6, 0.6, 0.6, 1.0),
+                group=WORLD_GROUP, **TOUCHING, **({} if item.mass is None else GRASPABLE))
 
     def remove_object(self, name: str) -> None:
         """

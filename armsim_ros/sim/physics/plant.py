@@ -59,8 +59,7 @@ class Plant:
         fingers: Vector
     ) -> None:
         keep_physics_quiet()
-        self.spec = spec
-        self.joint_names = joint_names
+        self.spec, self.joint_names = spec, joint_names
         self._state, self._active = state, active
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)

@@ -54,9 +54,7 @@ class RobotSpec:
     def __init__(
         self, spec: Any, model: RobotModel, settings: SimulationSettings, *, contacts: bool = True
     ) -> None:
-        self.spec = spec
-        self.model = model
-        self.settings = settings
+        self.spec, self.model, self.settings = spec, model, settings
         self.warnings: list[str] = []
         self._contacts = contacts
         self._add_robot()
@@ -108,15 +106,8 @@ class RobotSpec:
     def _add_shape(self, body: Any, shape: LinkGeometry, mesh_name: str,
                    fields: Mapping[str, int]) -> None:
         add_geom(
-            self.spec,
-            body,
-            shape.geometry,
-            shape.origin,
-            mesh_name=mesh_name,
-            mass=0.0,
-            rgba=shape.rgba or (0.6, 0.6, 0.6, 1.0),
-            **fields,
-        )
+            self.spec, body, shape.geometry, shape.origin, mesh_name=mesh_name, mass=0.0,
+            rgba=shape.rgba or (0.6, 0.6, 0.6, 1.0), **fields)
 
     def decompose(self, link: str) -> int:
         """
@@ -171,13 +162,10 @@ class RobotSpec:
         body.add_joint(
             name=self.name(joint.name),
             type=mujoco.mjtJoint.mjJNT_SLIDE if sliding else mujoco.mjtJoint.mjJNT_HINGE,
-            axis=joint.axis,
-            limited=int(limited),
-            range=[limits.lower, limits.upper] if limited else [0.0, 0.0],
-            damping=joint.damping,
+            axis=joint.axis, limited=int(limited),
+            range=[limits.lower, limits.upper] if limited else [0.0, 0.0], damping=joint.damping,
             frictionloss=joint.friction,
-            armature=self.settings.armature_linear if sliding else self.settings.armature,
-        )
+            armature=self.settings.armature_linear if sliding else self.settings.armature)
 
     def _moved_by_another(self, joint: Joint) -> bool:
         """Whether a joint lies beyond another movable joint."""
@@ -205,12 +193,9 @@ class RobotSpec:
             if mimic is None:
                 continue
             equality = self.spec.add_equality(
-                name=self.name(name),
-                type=mujoco.mjtEq.mjEQ_JOINT,
-                objtype=mujoco.mjtObj.mjOBJ_JOINT,
-                name1=self.name(name),
-                name2=self.name(mimic.joint),
-            )
+                name=self.name(name), type=mujoco.mjtEq.mjEQ_JOINT,
+                objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=self.name(name),
+                name2=self.name(mimic.joint))
             equality.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
             equality.solref = [MIMIC_TIMESTEPS * self.settings.timestep, 1.0]
             equality.solimp = list(MIMIC_SOLIMP)

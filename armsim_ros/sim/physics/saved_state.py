@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from armsim_ros.model.robot_model import RobotModel
     from armsim_ros.sim.clock import SimClock
     from armsim_ros.sim.drives.servo import Servo
-    from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
     from armsim_ros.sim.physics.plant import Plant
     from armsim_ros.sim.sensors import Sensors
+    from armsim_ros.sim.vacuum_gripper import VacuumGripper
     from armsim_ros.sim.world.world_scene import WorldScene
 
 #: How much of an ``MjData`` is awake; its pickle has it not.

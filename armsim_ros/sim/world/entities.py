@@ -115,7 +115,8 @@ class Entities:
         self._simulation = simulation
         self._robots = {robot.name: robot for robot in robots}
         self._infos: dict[str, EntityInfo] = {}
-        self._spawned: tuple[str, ...] = ()
+        self.spawned: tuple[str, ...] = ()
+        """Names of the objects that came after the world was loaded."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,11 +127,6 @@ class Entities:
     def robots(self) -> tuple[str, ...]:
         """Names of the robots."""
         return tuple(self._robots)
-
-    @property
-    def spawned(self) -> tuple[str, ...]:
-        """Names of the objects that came after the world was loaded."""
-        return self._spawned
 
     def is_robot(self, name: str) -> bool:
         """Return whether an entity is a robot."""
@@ -250,7 +246,7 @@ class Entities:
         :raises OverlapError: a free object overlaps a robot; nothing is added then.
         """
         overlap = self._simulation.world.commit(edit, keep_clear=True)
-        self._spawned += tuple(item.name for item in edit.added)
+        self.spawned += tuple(item.name for item in edit.added)
         return overlap
 
     def stage_delete(self, names: Iterable[str]) -> WorldEdit:
@@ -271,7 +267,7 @@ class Entities:
         """Remove prepared objects; only from the thread that ticks."""
         self._simulation.world.commit(edit)
         gone = {item.name for item in edit.removed}
-        self._spawned = tuple(name for name in self._spawned if name not in gone)
+        self.spawned = tuple(name for name in self.spawned if name not in gone)
         self._infos = {name: info for name, info in self._infos.items() if name not in gone}
 
     def stage_load(self, items: Iterable[WorldObject], ground: Ground) -> WorldEdit:
@@ -282,7 +278,7 @@ class Entities:
     def load(self, edit: WorldEdit) -> None:
         """Take a prepared world in place of the present world; only from the thread that ticks."""
         self.delete(edit)
-        self._spawned = ()
+        self.spawned = ()
 
     def has(self, name: str) -> bool:
         """Return whether there is an entity, or a link of a robot, of that name."""

@@ -19,7 +19,7 @@ from armsim_ros.model.transforms import (
     quat_wxyz_from_matrix,
 )
 from armsim_ros.model.world_objects import FLOOR, floor_object, WorldObject
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.world_scene import WorldScene
 
 #: Smaller motions are not reported [m], [rad].

@@ -160,8 +160,7 @@ class _LaunchFile:
 
     def __init__(self, controllers: Collection[str] | None,
                  yaml_files: Collection[str] | None) -> None:
-        self._controllers = controllers
-        self._yaml_files = yaml_files
+        self._controllers, self._yaml_files = controllers, yaml_files
 
     def answers(self, element: XmlElement) -> Iterator[Problem]:
         for child in element.children:

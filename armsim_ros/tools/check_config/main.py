@@ -24,14 +24,14 @@ from armsim_ros.cli.arguments import (
 )
 from armsim_ros.config.cell import CellSettings
 from armsim_ros.config.controllers.controller_settings import PARAMETERS, ROS1_TYPES
-from armsim_ros.config.move_group.kinematics import JointLimitsSettings, KinematicsSettings
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.kinematics import JointLimitsSettings, KinematicsSettings
+from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.robot_settings import RobotSettings
+from armsim_ros.config.simulation import SimulationSettings
+from armsim_ros.config.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )
-from armsim_ros.config.robot_settings import RobotSettings
-from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import YamlNode
 from armsim_ros.config.yaml_source import read_yaml_file

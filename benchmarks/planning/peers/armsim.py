@@ -19,12 +19,12 @@ from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.geometry import Box, Cylinder
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import pose_from_quat_xyzw
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import settings_from_config
 
 
 class Planner:

@@ -12,7 +12,7 @@ from tf2_msgs.action import LookupTransform
 
 from armsim_ros.nodes.bridge import advertised
 from armsim_ros.nodes.bridge.advertised import AdvertisedActions, AdvertisedServices
-from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.bridge.interfaces import RefusalError
 
 
 class Link:

@@ -10,9 +10,9 @@ import pytest
 from std_msgs.msg import Header
 from websockets.frames import Frame, Opcode
 
-from armsim_ros.nodes.bridge.conversion.incoming import aside, LARGE, message_of
 from armsim_ros.nodes.bridge.frames import Fragments, MOST_BYTES, parse, text_frames, to_frame
-from armsim_ros.nodes.bridge.refusal import RefusalError
+from armsim_ros.nodes.bridge.incoming import aside, LARGE, message_of
+from armsim_ros.nodes.bridge.interfaces import RefusalError
 
 
 @pytest.mark.parametrize('size', [0, 125, 126, 65535, 65536])

@@ -12,9 +12,9 @@ import pytest
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.nodes.bridge.calls import Goals
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
-from armsim_ros.nodes.bridge.refusal import RefusalError
 from armsim_ros.nodes.bridge.settings import (
     BridgeSettings,
     help_text,

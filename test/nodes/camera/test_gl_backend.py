@@ -9,7 +9,7 @@ import sys
 import pytest
 from rendering import rendering_backend
 
-from armsim_ros.nodes.camera.gl_backend import choose_backend, NoRenderingError
+from armsim_ros.nodes.camera.program import choose_backend, NoRenderingError
 
 
 def test_what_cannot_draw_is_said_with_the_packages_that_can():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
-from armsim_ros.config.move_group.sensors_3d import DepthImageSensor
+from armsim_ros.config.sensors_3d import DepthImageSensor
 from armsim_ros.nodes.conversions.measurements import (
     cloud_of_points,
     image_of_kept,

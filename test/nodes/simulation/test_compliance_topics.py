@@ -15,7 +15,7 @@ from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
     CrispTwistBroadcasterParameters,
 )
-from armsim_ros.control.broadcasters.broadcaster import SensorSample
+from armsim_ros.control.broadcaster import SensorSample
 from armsim_ros.nodes.simulation.controllers.sensor_topics import (
     ComplianceTopics,
     NetForceTopics,

@@ -13,7 +13,7 @@ import pytest
 
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.errors import ConfigError, ControllerError
-from armsim_ros.nodes.simulation.controller_manager.registry import ControllerDescriptions
+from armsim_ros.nodes.simulation.controllers.registry import ControllerDescriptions
 
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'

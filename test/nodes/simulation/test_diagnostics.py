@@ -13,7 +13,7 @@ import pytest
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.manager.controller_manager import any_arm
-from armsim_ros.nodes.simulation.controller_manager.diagnostics import Diagnostics
+from armsim_ros.nodes.simulation.controllers.diagnostics import Diagnostics
 from armsim_ros.sim.clock import SimClock
 from armsim_ros.sim.pacer import PaceStatistics
 

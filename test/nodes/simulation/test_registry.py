@@ -12,8 +12,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from armsim_ros.control.controller import LifecycleState
-from armsim_ros.nodes.simulation.controller_manager.registry import ControllerRegistry
 from armsim_ros.nodes.simulation.controllers.controller_nodes import ControllerNode
+from armsim_ros.nodes.simulation.controllers.registry import ControllerRegistry
 
 
 class Recorder(ControllerNode):

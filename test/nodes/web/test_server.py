@@ -14,7 +14,7 @@ pytest.importorskip('viser')
 import websockets.asyncio.client as websocket_client
 from websockets.exceptions import InvalidStatus
 
-from armsim_ros.nodes.serving.ports import free_port, ServingError
+from armsim_ros.nodes.ports import free_port, ServingError
 from armsim_ros.nodes.web.server import LARGEST_MESSAGE, WebServer
 
 KEY = '0123456789abcdef'

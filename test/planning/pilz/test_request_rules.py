@@ -13,10 +13,10 @@ import pytest
 
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.transforms import pose_from_parts
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import PlanningSettings
 
 GROUP, TIP = 'manipulator', 'tool0'
 START = (0.3, -0.9, 1.2, 0.2, 0.9, 0.1)

@@ -4,10 +4,10 @@
 
 import pytest
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
 from armsim_ros.errors import PlanningError
+from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.search.planners import PLANNER_TYPES, PlannerTable
-from armsim_ros.planning.settings import settings_from_config
 
 MOVEIT_TYPES = (
     'AnytimePathShortening', 'BFMT', 'BiEST', 'BiTRRT', 'BKPIECE', 'EST', 'FMT', 'KPIECE',

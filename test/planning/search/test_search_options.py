@@ -7,9 +7,9 @@ import itertools
 import pytest
 from six_axis_requests import joint_goal, request, RIGHT
 
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.search import path_search
 from armsim_ros.planning.search.planners import PlannerTable
-from armsim_ros.planning.settings import PlanningSettings
 
 
 @pytest.fixture

@@ -18,10 +18,13 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import MultiDofTrajectory
-from armsim_ros.execution.gripper_commands import gripper_target, parallel_gripper_target
+from armsim_ros.execution.controller_selection import (
+    gripper_target,
+    MultiDofTrajectory,
+    parallel_gripper_target,
+)
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.trajectory import multi_dof_to_message, trajectory_to_message
 from armsim_ros.trajectory import JointTrajectory
@@ -45,8 +48,7 @@ class ControllerRun:
         self.name = handle.settings.name
         #: Whether the controller has refused the goal.
         self.rejected = False
-        self._controller = handle
-        self._changed = changed
+        self._controller, self._changed = handle, changed
         self._handle: Any = None
         self._result: Future | None = None
         self._cancelling = False
@@ -129,9 +131,7 @@ class ControllerHandle(ABC):
     def __init__(
         self, node: Node, settings: MoveItControllerSettings, changed: Callable[[], None]
     ) -> None:
-        self.settings = settings
-        self._node = node
-        self._changed = changed
+        self.settings, self._node, self._changed = settings, node, changed
         self._reasons: Subscription | None = None
         self._reason = ''
         self._client = ActionClient(

@@ -10,7 +10,7 @@ from typing import Any
 from controller_manager_msgs.srv import ListControllers, SwitchController
 from rclpy.client import Client
 
-from armsim_ros.config.move_group.trajectory_execution import (
+from armsim_ros.config.trajectory_execution import (
     MoveItControllerSettings,
     TrajectoryExecutionSettings,
 )

@@ -35,8 +35,7 @@ class ExecuteTrajectory:
     """Runs a client's trajectories; goals wait for each other."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
-        self._context = context
-        self._execution = execution
+        self._context, self._execution = context, execution
         self._server = MoveGroupActionServer(
             context, TrajectoryAction, 'execute_trajectory', self._execute)
 
@@ -90,8 +89,7 @@ class ExecuteTaskSolution:
     """
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
-        self._context = context
-        self._execution = execution
+        self._context, self._execution = context, execution
         self._grouped = {
             joint
             for group in context.robot.semantic.groups.values()

@@ -101,9 +101,7 @@ class Execution:
     def __init__(
         self, context: Context, controllers: SimpleControllerManager, watch: ExecutionWatch
     ) -> None:
-        self._context = context
-        self._controllers = controllers
-        self._watch = watch
+        self._context, self._controllers, self._watch = context, controllers, watch
         self._runs: list[ControllerRun] = []
         self._stopped = self._replaced = False
 

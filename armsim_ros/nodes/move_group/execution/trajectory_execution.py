@@ -50,9 +50,7 @@ class PathWatch:
         self, context: Context, trajectory: JointTrajectory, group: str,
         overlaid: Callable[[PlanningScene], PlanningScene],
     ) -> None:
-        self._context = context
-        self._trajectory = trajectory
-        self._group = group
+        self._context, self._trajectory, self._group = context, trajectory, group
         self._overlaid = overlaid
         joints = set(trajectory.joint_names)
         self._others = sorted(
@@ -295,8 +293,7 @@ class TrajectoryExecutionManager:
                     return (
                         'the trajectory would meet one that is being executed: '
                         f"'{contact.body1}' and '{contact.body2}'; execute them one after the "
-                        'other'
-                    )
+                        'other')
             return ''
 
         return str(await context.queries.submit(look))
@@ -320,8 +317,7 @@ class TrajectoryExecutionEvent:
     """Stops the robot when the message is "stop"."""
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
-        self._context = context
-        self._execution = execution
+        self._context, self._execution = context, execution
         context.subscribe(String, 'trajectory_execution_event', self._receive)
 
     def _receive(self, message: String) -> None:

@@ -45,10 +45,8 @@ from armsim_ros.planning.planner import never
 
 DEFAULT_REPLANS = 5
 PLAN_AGAIN = (
-    MoveItErrorCode.PLANNING_FAILED,
-    MoveItErrorCode.INVALID_MOTION_PLAN,
-    MoveItErrorCode.UNABLE_TO_AQUIRE_SENSOR_DATA,
-)
+    MoveItErrorCode.PLANNING_FAILED, MoveItErrorCode.INVALID_MOTION_PLAN,
+    MoveItErrorCode.UNABLE_TO_AQUIRE_SENSOR_DATA)
 
 
 class MoveAction:
@@ -62,9 +60,7 @@ class MoveAction:
         self, context: Context, job: PlanningJob, execution: TrajectoryExecutionManager, *,
         name: str = 'move_action'
     ) -> None:
-        self._context = context
-        self._job = job
-        self._execution = execution
+        self._context, self._job, self._execution = context, job, execution
         self._server = MoveGroupActionServer(context, MoveGroup, name, self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
@@ -173,9 +169,7 @@ class SequenceJob:
     """Plans sequences in the planner's worker."""
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
-        self._context = context
-        self._job = job
-        self._display = display
+        self._context, self._job, self._display = context, job, display
 
     async def run(
         self, message: MotionSequenceRequest, answer: MotionSequenceResponse, *,
@@ -200,8 +194,7 @@ class SequenceJob:
         response: SequenceResponse = await self._job.in_planner(
             lambda: context.planner.plan_sequence(
                 items, scene, clock=context.planning_clock(), cancelled=cancelled,
-                pipeline=pipeline,
-            ),
+                pipeline=pipeline),
             cancelled)
         context.check_ending('planning')
         answer.planning_time = response.planning_time
@@ -233,9 +226,7 @@ class SequenceMoveGroup:
     def __init__(
         self, context: Context, job: SequenceJob, execution: TrajectoryExecutionManager
     ) -> None:
-        self._context = context
-        self._job = job
-        self._execution = execution
+        self._context, self._job, self._execution = context, job, execution
         self._server = MoveGroupActionServer(context, MoveGroupSequence, SOURCE, self._execute)
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:

@@ -19,7 +19,7 @@ from moveit_msgs.srv import QueryPlannerInterfaces as Service
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.nodes.conversions.motion_plan_request import display_trajectory_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.collision.contacts import Contact
@@ -29,8 +29,7 @@ from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 #: The adapters of MoveIt's own configuration, which count where the user lists none.
 REQUEST_ADAPTERS = (
     'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-    'CheckStartStateCollision',
-)
+    'CheckStartStateCollision')
 RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
 PILZ_RESPONSE_ADAPTERS = RESPONSE_ADAPTERS[1:]
 
@@ -119,8 +118,7 @@ class QueryPlannerInterface:
                 name=NAMES.get(pipeline, pipeline),
                 pipeline_id=pipeline,
                 planner_ids=list(
-                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)),
-            )
+                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)))
             for pipeline in settings.pipelines]
 
 
@@ -180,8 +178,7 @@ class DisplayPlannedPath:
     """
 
     def __init__(self, node: Node, model_id: str, settings: OmplSettings) -> None:
-        self._model_id = model_id
-        self._settings = settings
+        self._model_id, self._settings = model_id, settings
         self._publishers = {
             topic: node.create_publisher(DisplayTrajectory, topic, 10)
             for topic in {TOPIC, settings.display_path_topic}}

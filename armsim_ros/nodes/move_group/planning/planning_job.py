@@ -14,7 +14,7 @@ from moveit_msgs.msg import MoveItErrorCodes, PipelineState, RobotState, RobotTr
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.node import Node
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,
@@ -122,8 +122,7 @@ class PlanningJob:
     """Runs the planner in its worker."""
 
     def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
-        self._context = context
-        self._display = display
+        self._context, self._display = context, display
         ompl = context.settings.ompl
         self._states = PipelineStates(context.node, ompl)
         self._contacts = DisplayContacts(context.node, ompl.display_contacts_topic, context.frame)
@@ -222,12 +221,9 @@ class PlanningJob:
 def response_message(plan: PlanningAnswer) -> ResponseMessage:
     """Return the message of an answer."""
     return ResponseMessage(
-        trajectory_start=plan.start_message,
-        trajectory=plan.trajectory_message,
-        group_name=plan.request.group_name,
-        planning_time=plan.response.planning_time,
-        error_code=plan.error_code_message,
-    )
+        trajectory_start=plan.start_message, trajectory=plan.trajectory_message,
+        group_name=plan.request.group_name, planning_time=plan.response.planning_time,
+        error_code=plan.error_code_message)
 
 
 def log_refused(scene: PlanningScene, logger: Any) -> None:

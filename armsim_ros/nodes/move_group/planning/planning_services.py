@@ -26,8 +26,7 @@ class PlanKinematicPath:
     """Plans and never moves."""
 
     def __init__(self, context: Context, job: PlanningJob) -> None:
-        self._context = context
-        self._job = job
+        self._context, self._job = context, job
         context.serve(GetMotionPlan, 'plan_kinematic_path', self._fill,
                       lambda response: response.motion_plan_response.error_code)
 
@@ -42,8 +41,7 @@ class PlanSequencePath:
     """Plans sequences of motions in the default pipeline and never moves."""
 
     def __init__(self, context: Context, job: SequenceJob) -> None:
-        self._context = context
-        self._job = job
+        self._context, self._job = context, job
         context.serve(GetMotionSequence, 'plan_sequence_path', self._fill,
                       lambda response: response.response.error_code)
 
@@ -72,9 +70,7 @@ class ComputeCartesianPath:
     """Follows straight lines between poses as far as possible."""
 
     def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
-        self._context = context
-        self._job = job
-        self._display = display
+        self._context, self._job, self._display = context, job, display
         context.serve(GetCartesianPath, 'compute_cartesian_path', self._fill,
                       lambda response: response.error_code)
 
@@ -86,17 +82,14 @@ class ComputeCartesianPath:
         requested = CartesianRequest(
             group_name=request.group_name,
             waypoints=tuple(pose_from_message(pose) for pose in request.waypoints),
-            link_name=request.link_name,
-            start_state=start_state_from_message(request.start_state),
-            max_step=float(request.max_step),
-            avoid_collisions=bool(request.avoid_collisions),
+            link_name=request.link_name, start_state=start_state_from_message(request.start_state),
+            max_step=float(request.max_step), avoid_collisions=bool(request.avoid_collisions),
             path_constraints=constraints_from_message(request.path_constraints),
             max_velocity_scaling_factor=float(request.max_velocity_scaling_factor),
             max_acceleration_scaling_factor=float(request.max_acceleration_scaling_factor),
             cartesian_speed_limited_link=request.cartesian_speed_limited_link,
             max_cartesian_speed=float(request.max_cartesian_speed),
-            frame_id=request.header.frame_id,
-        )
+            frame_id=request.header.frame_id)
         answer = await context.planning.submit(
             lambda: context.planner.cartesian_path(requested, scene))
         fill_error(response.error_code, answer.error_code, answer.message, answer.source)

@@ -52,8 +52,7 @@ class StateMonitor:
         self, node: PollingNode, scene: PlanningScene, topics: Sequence[str], *,
         steady: Clock | None = None
     ) -> None:
-        self._node = node
-        self._scene = scene
+        self._node, self._scene = node, scene
         self.topics = tuple(topics)
         robot = scene.robot
         self._needed = set(robot.active_joints)

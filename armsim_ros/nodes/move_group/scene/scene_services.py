@@ -200,8 +200,7 @@ class ClearOctomap:
     """
 
     def __init__(self, context: Context, forget: Callable[[], None]) -> None:
-        self._context = context
-        self._forget = forget
+        self._context, self._forget = context, forget
         context.serve(Empty, 'clear_octomap', self._clear)
 
     async def _clear(self, *_: object) -> None:

@@ -19,7 +19,7 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from armsim_ros.control.gripper.gripper_controller import (
+from armsim_ros.control.command_controllers.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
@@ -44,8 +44,7 @@ class ClientDiscovery:
     """Compares a service's discovered request writers and reply readers."""
 
     def __init__(self, node: Node, dispatcher: Dispatcher, service: str) -> None:
-        self._node = node
-        self._dispatcher = dispatcher
+        self._node, self._dispatcher = node, dispatcher
         self._service = node.resolve_service_name(service)
         self._request_topic = f'rq{self._service}Request'
         self._tolerated = 0
@@ -105,8 +104,7 @@ class GoalServer(ABC):
     """
 
     def __init__(self, node: Node, dispatcher: Dispatcher, kind: type[Any], name: str) -> None:
-        self._node = node
-        self._dispatcher = dispatcher
+        self._node, self._dispatcher = node, dispatcher
         self._taken: tuple[Any, Any] | None = None
         self._discoveries = [
             ClientDiscovery(node, dispatcher, f'{name}/_action/{service}')
@@ -114,16 +112,9 @@ class GoalServer(ABC):
         self._running: dict[bytes, RunningGoal] = {}
         self._ending = ''
         self._server = ActionServer(
-            node,
-            kind,
-            name,
-            execute_callback=self._execute,
-            goal_callback=self._decide,
-            handle_accepted_callback=self._accept,
-            cancel_callback=self._cancel,
-            **qos.ACTION_SERVICES,
-            result_timeout=RESULT_TIMEOUT,
-        )
+            node, kind, name, execute_callback=self._execute, goal_callback=self._decide,
+            handle_accepted_callback=self._accept, cancel_callback=self._cancel,
+            **qos.ACTION_SERVICES, result_timeout=RESULT_TIMEOUT)
         self._results = KeptResults(self._server, MOST_RESULTS)
 
     @property
@@ -307,11 +298,8 @@ class GripperCommandServer(GoalServer):
 
     def _result(self, goal: Any) -> GripperCommand.Result:
         return GripperCommand.Result(
-            position=goal.result.position,
-            effort=goal.result.effort,
-            stalled=goal.result.stalled,
-            reached_goal=goal.result.reached_goal,
-        )
+            position=goal.result.position, effort=goal.result.effort, stalled=goal.result.stalled,
+            reached_goal=goal.result.reached_goal)
 
     def _aborted(self, sentence: str) -> GripperCommand.Result:
         return GripperCommand.Result()  # it has no room for a sentence
@@ -336,11 +324,8 @@ class ParallelGripperCommandServer(GoalServer):
 
     def _result(self, goal: Any) -> ParallelGripperCommand.Result:
         state = JointState(
-            name=list(self._controller.joints),
-            position=[goal.result.position],
-            velocity=[goal.result.velocity],
-            effort=[goal.result.effort],
-        )
+            name=list(self._controller.joints), position=[goal.result.position],
+            velocity=[goal.result.velocity], effort=[goal.result.effort])
         return ParallelGripperCommand.Result(
             state=state, stalled=goal.result.stalled, reached_goal=goal.result.reached_goal)
 

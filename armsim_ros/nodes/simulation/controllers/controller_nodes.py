@@ -15,29 +15,25 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory
 
-from armsim_ros.control.broadcasters.broadcaster import (
+from armsim_ros.control.broadcaster import (
     Broadcaster,
     ForceTorqueSensorBroadcaster,
     SensorBroadcaster,
     TipBroadcaster,
 )
-from armsim_ros.control.broadcasters.joint_state_broadcaster import (
-    JointStateBroadcaster,
-    JointStateSnapshot,
-)
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
-from armsim_ros.control.command_controllers.pid_controller import PidController
-from armsim_ros.control.compliance.cartesian_controller import ComplianceController
-from armsim_ros.control.compliance.net_force_controllers import NetForceController
-from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.gripper.gripper_controller import (
+from armsim_ros.control.command_controllers.gripper_controller import (
     GripperController,
     ParallelGripperController,
 )
+from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.compliance.cartesian_controller import ComplianceController
+from armsim_ros.control.compliance.net_force_controllers import NetForceController
+from armsim_ros.control.controller import Controller, LifecycleState, Rate
+from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster, JointStateSnapshot
 from armsim_ros.control.manager.controller_factory import StandInController
-from armsim_ros.control.rate import Rate
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError
 from armsim_ros.nodes import qos
@@ -89,9 +85,7 @@ class ControllerNode:
         self, controller: Controller[Any], node: ToldNode, dispatcher: Dispatcher
     ) -> None:
         """Parameters are declared later, by ``declare_parameters``."""
-        self.controller = controller
-        self.node = node
-        self.dispatcher = dispatcher
+        self.controller, self.node, self.dispatcher = controller, node, dispatcher
         self.opened = False
         self._parameters: SettingsParameters[Any] | None = None
 
@@ -294,8 +288,7 @@ _TOPICS: tuple[tuple[type[Controller[Any]], Callable[[Node, Any], Any]], ...] = 
     (ComplianceController, ComplianceTopics),
     (NetForceController, NetForceTopics),
     (PidController, PidTopics),
-    (AdmittanceController, AdmittanceTopics),
-)
+    (AdmittanceController, AdmittanceTopics))
 
 
 class CommandedNode(ControllerNode):
@@ -336,8 +329,7 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
     (TipBroadcaster, SensorBroadcasterNode),
-    (StandInController, StandInNode),
-)
+    (StandInController, StandInNode))
 
 
 def create_controller_node(

@@ -27,13 +27,13 @@ from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
     TipBroadcasterParameters,
 )
-from armsim_ros.control.broadcasters.broadcaster import SensorSample
+from armsim_ros.control.broadcaster import SensorSample
 from armsim_ros.control.compliance.cartesian_controller import (
     CartesianAdmittanceController,
     ComplianceController,
 )
 from armsim_ros.control.compliance.net_force_controllers import NetForceController
-from armsim_ros.control.rate import Rate
+from armsim_ros.control.controller import Rate
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
@@ -230,8 +230,7 @@ class ImuTopic:
         self._message = Imu(
             orientation_covariance=parameters.static_covariance_orientation,
             angular_velocity_covariance=parameters.static_covariance_angular_velocity,
-            linear_acceleration_covariance=parameters.static_covariance_linear_acceleration,
-        )
+            linear_acceleration_covariance=parameters.static_covariance_linear_acceleration)
         self._message.header.frame_id = parameters.frame_id
 
     def publish(self, sample: SensorSample) -> None:

@@ -24,11 +24,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectoryPoint
 
-from armsim_ros.control.broadcasters.broadcaster import SensorSample
-from armsim_ros.control.broadcasters.joint_state_broadcaster import (
-    JointStateLayout,
-    JointStateSnapshot,
-)
+from armsim_ros.control.broadcaster import SensorSample
 from armsim_ros.control.command_controllers.admittance_controller import (
     AdmittanceController,
     AdmittanceSnapshot,
@@ -36,6 +32,7 @@ from armsim_ros.control.command_controllers.admittance_controller import (
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
 from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.joint_state_broadcaster import JointStateLayout, JointStateSnapshot
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
@@ -127,15 +124,11 @@ class PidTopics:
         self._published_ns = snapshot.time_ns
         message = MultiDOFStateStamped(dof_states=[
             SingleDOFState(
-                name=name,
-                reference=float(snapshot.reference[0, i]),
+                name=name, reference=float(snapshot.reference[0, i]),
                 feedback=float(snapshot.feedback[0, i]),
                 feedback_dot=float(snapshot.feedback[1, i]) if len(snapshot.feedback) > 1 else 0.0,
-                error=float(snapshot.error[0, i]),
-                error_dot=float(snapshot.error[1, i]),
-                time_step=snapshot.period,
-                output=float(snapshot.output[i]),
-            )
+                error=float(snapshot.error[0, i]), error_dot=float(snapshot.error[1, i]),
+                time_step=snapshot.period, output=float(snapshot.output[i]))
             for i, name in enumerate(snapshot.names)])
         fill_time(message.header.stamp, snapshot.time_ns)
         self._publisher.publish(message, time_ns)
@@ -206,8 +199,7 @@ class AdmittanceTopics:
             node.create_subscription(kind, topic, receive, qos.COMMAND)
             for kind, topic, receive in (
                 (JointTrajectoryPoint, '~/joint_references', self._refer),
-                (WrenchStamped, '~/wrench_reference', self._add_wrench),
-            )]
+                (WrenchStamped, '~/wrench_reference', self._add_wrench))]
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""

@@ -149,9 +149,7 @@ class Work:
     """
 
     def __init__(self, node: Node, loop: ControlLoop, dispatcher: Dispatcher) -> None:
-        self.loop = loop
-        self._node = node
-        self._dispatcher = dispatcher
+        self.loop, self._node, self._dispatcher = loop, node, dispatcher
         self._changes: SimpleQueue[tuple[Callable[[], Any], LoopFuture[Any]]] = SimpleQueue()
         self._thread: threading.Thread | None = None
 

@@ -74,8 +74,7 @@ class Selection:
             self._matches(name)
             and (not self._categories or info.category in self._categories)
             and has_tags(info.tags, self._tags)
-            and (self._overlaps is None or self._overlaps(*entities.world_bounds(name)))
-        )
+            and (self._overlaps is None or self._overlaps(*entities.world_bounds(name))))
 
 
 def has_tags(tags: Collection[str], requested: TagsFilter) -> bool:
@@ -180,8 +179,7 @@ class EntityServices:
     """Answers about entities, each consistent with a single moment between two ticks."""
 
     def __init__(self, node: Node, work: Work, entities: Entities) -> None:
-        self._work = work
-        self._entities = entities
+        self._work, self._entities = work, entities
         group = ReentrantCallbackGroup()
         for name, kind, answer in (
             ('/get_entities', GetEntities, self._list),
@@ -233,10 +231,8 @@ class EntityServices:
     async def _info(self, request: Any, response: Any) -> None:
         info = await self._work.in_loop(lambda: self._entities.info(request.entity))
         response.info = EntityInfo(
-            category=EntityCategory(category=int(info.category)),
-            description=info.description,
-            tags=list(info.tags),
-        )
+            category=EntityCategory(category=int(info.category)), description=info.description,
+            tags=list(info.tags))
 
     @answered
     async def _set_info(self, request: Any, response: Any) -> None:

@@ -23,9 +23,9 @@ from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContact, FingerContacts
-from armsim_ros.sim.grippers.vacuum_control import VacuumControl
-from armsim_ros.sim.grippers.vacuum_gripper import VacuumGripper
+from armsim_ros.sim.finger_contacts import FingerContact, FingerContacts
+from armsim_ros.sim.vacuum_control import VacuumControl
+from armsim_ros.sim.vacuum_gripper import VacuumGripper
 from armsim_ros.sim.world.entities import WORLD_FRAME
 
 #: Simulated time between two looks [ns].
@@ -84,8 +84,7 @@ def _message(time_ns: int, contact: FingerContact) -> ContactInformation:
         body_type_1=ContactInformation.ROBOT_LINK,
         contact_body_2=contact.other,
         body_type_2=(ContactInformation.WORLD_OBJECT if contact.is_object
-                     else ContactInformation.ROBOT_LINK),
-    )
+                     else ContactInformation.ROBOT_LINK))
     message.header.frame_id = WORLD_FRAME
     fill_time(message.header.stamp, time_ns)
     for field, values in ((message.position, contact.position), (message.normal, contact.normal)):
@@ -109,9 +108,7 @@ class VacuumGripperServer:
         self, node: Node, work: Work, dispatcher: Dispatcher, namespace: str,
         gripper: VacuumGripper, tell_scene: Callable[[Callable[[], object]], object]
     ) -> None:
-        self._node = node
-        self._work = work
-        self._gripper = gripper
+        self._node, self._work, self._gripper = node, work, gripper
         self.control = VacuumControl(
             work.loop, gripper, lambda: dispatcher.post(lambda: tell_scene(self._notice)))
         # In a cell the name begins with the namespace.

@@ -53,8 +53,7 @@ class SceneMirror:
         self, node: Node, loop: ControlLoop, dispatcher: Dispatcher, frame: str, root: Matrix,
         fingers: Callable[[], Mapping[str, Gripper]] | None = None
     ) -> None:
-        self._loop = loop
-        self._dispatcher = dispatcher
+        self._loop, self._dispatcher = loop, dispatcher
         self._frame, self._root = frame, root
         self._watch = WorldWatch(
             loop.simulation.world, loop.simulation.vacuum_grippers.values(), fingers)

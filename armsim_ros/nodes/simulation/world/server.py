@@ -33,9 +33,9 @@ from armsim_ros.nodes.simulation.world.simulation_state import (
 )
 from armsim_ros.nodes.simulation.world.spawning import Spawning, Worlds
 from armsim_ros.sim.control_loop import ControlLoop
-from armsim_ros.sim.grippers.finger_contacts import FingerContacts
+from armsim_ros.sim.finger_contacts import FingerContacts
 from armsim_ros.sim.world.entities import Entities, RobotEntity
-from armsim_ros.sim.world_files.resources import FORMATS, WorldResources
+from armsim_ros.sim.world.resources import FORMATS, WorldResources
 
 try:
     from armsim_ros.nodes.simulation.world.wrenches import WrenchServer
@@ -44,35 +44,16 @@ except ImportError:  # without mujoco_ros2_control_msgs there are no wrenches ov
 
 #: The features that have a service here.
 _FEATURES = (
-    Features.SPAWNING,
-    Features.DELETING,
-    Features.ENTITY_TAGS,
-    Features.ENTITY_BOUNDS,
-    Features.ENTITY_BOUNDS_BOX,
-    Features.ENTITY_CATEGORIES,
-    Features.SPAWNING_RESOURCE_STRING,
-    Features.ENTITY_STATE_GETTING,
-    Features.ENTITY_STATE_SETTING,
-    Features.ENTITY_INFO_GETTING,
-    Features.ENTITY_INFO_SETTING,
-    Features.SPAWNABLES,
-    Features.SIMULATION_RESET,
-    Features.SIMULATION_RESET_STATE,
-    Features.SIMULATION_RESET_SPAWNED,
-    Features.SIMULATION_STATE_GETTING,
-    Features.SIMULATION_STATE_SETTING,
-    Features.SIMULATION_STATE_PAUSE,
-    Features.STEP_SIMULATION_SINGLE,
-    Features.STEP_SIMULATION_MULTIPLE,
-    Features.STEP_SIMULATION_ACTION,
-    Features.WORLD_LOADING,
-    Features.WORLD_RESOURCE_STRING,
-    Features.WORLD_TAGS,
-    Features.WORLD_UNLOADING,
-    Features.WORLD_INFO_GETTING,
-    Features.AVAILABLE_WORLDS,
-    Features.SPAWNING_ENTITIES,
-)
+    Features.SPAWNING, Features.DELETING, Features.ENTITY_TAGS, Features.ENTITY_BOUNDS,
+    Features.ENTITY_BOUNDS_BOX, Features.ENTITY_CATEGORIES, Features.SPAWNING_RESOURCE_STRING,
+    Features.ENTITY_STATE_GETTING, Features.ENTITY_STATE_SETTING, Features.ENTITY_INFO_GETTING,
+    Features.ENTITY_INFO_SETTING, Features.SPAWNABLES, Features.SIMULATION_RESET,
+    Features.SIMULATION_RESET_STATE, Features.SIMULATION_RESET_SPAWNED,
+    Features.SIMULATION_STATE_GETTING, Features.SIMULATION_STATE_SETTING,
+    Features.SIMULATION_STATE_PAUSE, Features.STEP_SIMULATION_SINGLE,
+    Features.STEP_SIMULATION_MULTIPLE, Features.STEP_SIMULATION_ACTION, Features.WORLD_LOADING,
+    Features.WORLD_RESOURCE_STRING, Features.WORLD_TAGS, Features.WORLD_UNLOADING,
+    Features.WORLD_INFO_GETTING, Features.AVAILABLE_WORLDS, Features.SPAWNING_ENTITIES)
 
 
 class SimulatorFeatures:
@@ -172,8 +153,7 @@ class WorldServer:
             Worlds(node, work, self.entities, resources, self.state, self.resetting),
             SimulationStateServices(node, self.state, self.resetting, dispatcher, quit_program),
             Stepping(node, work, self.state, publish, settle),
-            SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic),
-        )
+            SimulatorFeatures(node, settings.simulation.timestep, lockstep=deterministic))
 
     def _changed(self, settings: LiveSettings) -> None:
         self._clock.real_time_factor = settings.real_time_factor

@@ -95,10 +95,7 @@ class Resetting:
     def __init__(
         self, node: Node, work: Work, entities: Entities, state: RunState, *, resets_time: bool
     ) -> None:
-        self._node = node
-        self._work = work
-        self._entities = entities
-        self._state = state
+        self._node, self._work, self._entities, self._state = node, work, entities, state
         self._resets_time = resets_time
         self.followers: list[Callable[[], object]] = []
         """Called in the loop's thread after each reset."""
@@ -197,11 +194,8 @@ class SimulationStateServices:
         self, node: Node, state: RunState, resetting: Resetting, dispatcher: Dispatcher,
         quit_program: Callable[[], None]
     ) -> None:
-        self._node = node
-        self._state = state
-        self._resetting = resetting
-        self._dispatcher = dispatcher
-        self._quit = quit_program
+        self._node, self._state, self._resetting = node, state, resetting
+        self._dispatcher, self._quit = dispatcher, quit_program
         group = ReentrantCallbackGroup()
         for name, kind, answer in (
             ('/get_simulation_state', GetSimulationState, self._get),
@@ -263,20 +257,14 @@ class Stepping:
         self, node: Node, work: Work, state: RunState, publish: Callable[[], object],
         settle: Callable[[], Awaitable[object]],
     ) -> None:
-        self._work = work
-        self._state = state
+        self._work, self._state = work, state
         self._publish, self._settle = publish, settle
         group = ReentrantCallbackGroup()
         node.create_service(StepSimulation, '/step_simulation', self._step, callback_group=group)
         self._server = ActionServer(
-            node,
-            SimulateSteps,
-            '/simulate_steps',
-            execute_callback=self._execute,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
-            callback_group=group,
-            **qos.ACTION_SERVICES,
-        )
+            node, SimulateSteps, '/simulate_steps', execute_callback=self._execute,
+            cancel_callback=lambda _: CancelResponse.ACCEPT, callback_group=group,
+            **qos.ACTION_SERVICES)
 
     @answered
     async def _step(self, request: Any, response: Any) -> None:

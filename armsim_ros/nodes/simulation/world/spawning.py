@@ -41,9 +41,9 @@ from armsim_ros.nodes.simulation.world.entity_services import has_tags
 from armsim_ros.nodes.simulation.world.simulation_state import Resetting, RunState
 from armsim_ros.sim.physics.mujoco_model import FLOOR_NAME, Ground
 from armsim_ros.sim.world.entities import Entities, object_bounds, WORLD_FRAME
+from armsim_ros.sim.world.loaded_world import LoadedWorld, ResourceFaultError, told_of
+from armsim_ros.sim.world.resources import WorldResources
 from armsim_ros.sim.world.world_scene import OverlapError
-from armsim_ros.sim.world_files.loaded import LoadedWorld, ResourceFaultError, told_of
-from armsim_ros.sim.world_files.resources import WorldResources
 
 LONGEST_NAME = 200
 #: Reserved names.
@@ -69,10 +69,7 @@ class Spawning:
     def __init__(
         self, node: Node, work: Work, entities: Entities, resources: WorldResources
     ) -> None:
-        self._node = node
-        self._work = work
-        self._entities = entities
-        self._resources = resources
+        self._node, self._work, self._entities, self._resources = node, work, entities, resources
         group = ReentrantCallbackGroup()
         for name, kind, answer in (
             ('/spawn_entity', SpawnEntity, self._spawn_one),
@@ -204,12 +201,8 @@ class Worlds:
         self, node: Node, work: Work, entities: Entities, resources: WorldResources,
         state: RunState, resetting: Resetting
     ) -> None:
-        self._node = node
-        self._work = work
-        self._entities = entities
-        self._resources = resources
-        self._state = state
-        self._resetting = resetting
+        self._node, self._work, self._entities, self._resources = node, work, entities, resources
+        self._state, self._resetting = state, resetting
         group = ReentrantCallbackGroup()
         for name, kind, answer in (
             ('/get_available_worlds', GetAvailableWorlds, self._available),

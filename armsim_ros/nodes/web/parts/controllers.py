@@ -8,11 +8,11 @@ import json
 from typing import Any, Literal
 
 from controller_manager_msgs.srv import ListControllers, SwitchController
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.watch import WatchPart
 
@@ -73,8 +73,6 @@ class ControllersPart(Part):
 
 _SAFETY_PERIOD = 0.2
 _STOP, _CLEAR = 'protective_stop', 'clear_stop'
-_LATCHED = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.RELIABLE,
-                      durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class ArmCommand(PanelCommand):
@@ -103,7 +101,7 @@ class SafetyPart(Part):
             arms = {name.removesuffix(_STOP) for name, kind in self._watch.services.items()
                     if name.endswith(f'/{_STOP}') and kind == 'std_srvs/srv/SetBool'}
             for arm in arms - set(self._topics):
-                self._topics[arm] = self.page.link.poll(String, f'{arm}safety', _LATCHED)
+                self._topics[arm] = self.page.link.poll(String, f'{arm}safety', qos.DESCRIPTION)
                 self.page.link.prepare(SetBool, f'{arm}{_STOP}')
                 self.page.link.prepare(Trigger, f'{arm}{_CLEAR}')
             for arm in set(self._topics) - arms:

@@ -25,8 +25,8 @@ from armsim_ros.nodes.web.parts.reach import (
     SetJoints,
 )
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.view.robot_drawing import RobotDrawing, ToolHandle
-from armsim_ros.nodes.web.view.shapes import Color
+from armsim_ros.nodes.web.robot_drawing import RobotDrawing, ToolHandle
+from armsim_ros.nodes.web.shapes import Color
 
 CURRENT, RANDOM, DRAG = 'current', 'random valid', 'drag the tool'
 _GREEN, _RED, _GREY = (72, 187, 120), (240, 138, 128), (150, 156, 166)

@@ -13,17 +13,16 @@ from geometry_msgs.msg import TwistStamped
 from moveit_msgs.msg import ServoStatus
 from moveit_msgs.srv import ServoCommandType
 from pydantic import Field
-from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 
 from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
 
 _TYPE = 'moveit_msgs/srv/ServoCommandType'
 _PERIOD = 1.0
-_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 #: Period of the commands to servo, and how long the last of the panel holds [s].
 _COMMAND_PERIOD, _HOLD = 0.04, 0.5
 _FINE = 'No warnings'
@@ -97,7 +96,7 @@ class JogPart(Part):
         Servo publishes a hundred a second to a subscriber, so there is none at other times.
         """
         loop, name = asyncio.get_running_loop(), f'{self._servo}/status'
-        status = await asyncio.to_thread(self.page.link.poll, ServoStatus, name, _NEWEST)
+        status = await asyncio.to_thread(self.page.link.poll, ServoStatus, name, qos.COMMAND)
         try:
             while loop.time() - self._jogged_at < _HOLD and self._publishers:
                 self._send(self._session, self._command)

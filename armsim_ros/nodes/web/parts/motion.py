@@ -29,11 +29,11 @@ from armsim_ros.clients.motion import (
 )
 from armsim_ros.clients.node import GoalRun
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.web.curves import curves_of, Trace
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.path import PathPart, Plan
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.view.curves import curves_of, Trace
 
 #: Period of progress reports [s].
 _PERIOD = 0.2

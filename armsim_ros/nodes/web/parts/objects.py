@@ -29,6 +29,7 @@ from armsim_ros.clients.description import tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.web.objects_drawing import drawn_objects, ObjectsDrawing
 from armsim_ros.nodes.web.page import Page, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.object_commands import (
@@ -44,8 +45,7 @@ from armsim_ros.nodes.web.parts.object_commands import (
     Select,
 )
 from armsim_ros.nodes.web.parts.robot import RobotPart
-from armsim_ros.nodes.web.view.objects_drawing import drawn_objects, ObjectsDrawing
-from armsim_ros.nodes.web.view.shapes import parts_of_file
+from armsim_ros.nodes.web.shapes import parts_of_file
 
 #: Sizes of new objects: the dimensions of a SolidPrimitive [m].
 _SIZES = {'box': [0.1, 0.1, 0.1], 'sphere': [0.06], 'cylinder': [0.15, 0.05]}

@@ -22,7 +22,7 @@ from armsim_ros.nodes.conversions.octomap import octomap_from_message
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.view.shapes import ShapeReader
+from armsim_ros.nodes.web.shapes import ShapeReader
 from armsim_ros.planning.scene.octomap import Octomap
 
 #: Colours from the lowest cell to the highest.

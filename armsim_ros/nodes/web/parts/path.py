@@ -14,10 +14,10 @@ from pydantic import Field
 from armsim_ros.clients.description import link_pose, tip_of
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes.web.curves import Curves
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.goal import GoalPart
 from armsim_ros.nodes.web.parts.robot import RATE, RobotPart
-from armsim_ros.nodes.web.view.curves import Curves
 
 #: Points of the tip's line, and its colour.
 _LINE_POINTS = 120

@@ -25,8 +25,8 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.model.transforms import pose_from_quat_xyzw
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
-from armsim_ros.nodes.web.view.robot_drawing import RobotDrawing
-from armsim_ros.nodes.web.view.shapes import ShapeReader
+from armsim_ros.nodes.web.robot_drawing import RobotDrawing
+from armsim_ros.nodes.web.shapes import ShapeReader
 from armsim_ros.packages import Packages
 
 #: How often the robot is redrawn [Hz].

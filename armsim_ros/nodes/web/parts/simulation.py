@@ -13,7 +13,6 @@ from PIL import Image as Picture
 from pydantic import Field
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
 from simulation_interfaces.msg import EntityCategory, Result, SimulationState
 from simulation_interfaces.srv import (
@@ -28,10 +27,11 @@ from simulation_interfaces.srv import (
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.nodes import qos
+from armsim_ros.nodes.web.objects_drawing import EntitiesDrawing, Entity
 from armsim_ros.nodes.web.page import Page, PanelCommand, Part, Session
 from armsim_ros.nodes.web.parts.robot import RobotPart
 from armsim_ros.nodes.web.parts.watch import WatchPart
-from armsim_ros.nodes.web.view.objects_drawing import EntitiesDrawing, Entity
 
 _SERVICES = {
     '/get_simulator_features': GetSimulatorFeatures,
@@ -56,8 +56,6 @@ _PERIOD = 1.0
 _PICTURES = {'sensor_msgs/msg/Image': Image, 'sensor_msgs/msg/CompressedImage': CompressedImage}
 #: Pictures a second, and their longest side [pixels].
 _PICTURE_RATE, _PICTURE_SIZE = 5.0, 480
-_NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT,
-                     durability=QoSDurabilityPolicy.VOLATILE)
 
 
 class Control(PanelCommand):
@@ -201,7 +199,7 @@ class SimulationPart(Part):
         self._topic = command.topic
         self.page.publish('picture', None)
         if command.topic:
-            self._camera = self.page.link.poll(_PICTURES[kind], command.topic, _NEWEST)
+            self._camera = self.page.link.poll(_PICTURES[kind], command.topic, qos.COMMAND)
 
     async def _look_through_camera(self) -> None:
         while True:

@@ -19,11 +19,11 @@ from moveit_msgs.srv import (
     GetStateValidity,
     QueryPlannerInterfaces,
 )
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from armsim_ros.clients.motion import seconds
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.web.page import Page, Part
 
 #: Period of checking whether a program answers, and how long its answer may take [s].
@@ -46,8 +46,6 @@ _CURES = {
     'move_group': "start it again: 'armsim move_group', or all: 'armsim bringup'",
     'simulation': "start it again: 'armsim simulation', or all: 'armsim bringup'",
 }
-_CLOCK = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT,
-                    durability=QoSDurabilityPolicy.VOLATILE)
 
 
 class WatchPart(Part):
@@ -68,7 +66,7 @@ class WatchPart(Part):
         self._heard_at = 0.0
         """When a clock came last, in the event loop's time [s]."""
         self._there: dict[str, bool] = {}
-        self._clock = page.link.poll(Clock, '/clock', _CLOCK)
+        self._clock = page.link.poll(Clock, '/clock', qos.COMMAND)
         for name, kind in SERVICES.items():
             page.link.prepare(kind, name)
         for name, kind in ACTIONS.items():

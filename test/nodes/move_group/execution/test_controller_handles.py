@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rclpy.task import Future
 
-from armsim_ros.config.move_group.trajectory_execution import MoveItControllerSettings
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.controller_selection import MultiDofTrajectory
 from armsim_ros.nodes.conversions.trajectory import multi_dof_from_message

@@ -9,7 +9,7 @@ from controller_manager_msgs.srv import ListControllers, SwitchController
 import pytest
 from rclpy.task import Future
 
-from armsim_ros.config.move_group.trajectory_execution import TrajectoryExecutionSettings
+from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.nodes.move_group.execution import controller_managers
 from armsim_ros.nodes.move_group.execution.controller_managers import controller_manager

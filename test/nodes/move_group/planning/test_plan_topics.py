@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
 
-from armsim_ros.config.move_group.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import OmplSettings
 from armsim_ros.nodes.move_group.planning.planner_services import (
     DisplayContacts,
     DisplayPlannedPath,

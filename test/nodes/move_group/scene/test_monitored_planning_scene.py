@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 from rclpy.task import Future
 
-from armsim_ros.config.move_group.ompl_planning import PlanningParameters
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.move_group.scene.scene_topics import MonitoredPlanningScene

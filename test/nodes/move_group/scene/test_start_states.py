@@ -10,10 +10,10 @@ from small_arms import planar_arm
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.nodes.move_group.context import Context
+from armsim_ros.planning.context import PlanningSettings
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
-from armsim_ros.planning.settings import PlanningSettings
 
 
 @pytest.mark.parametrize(('strict', 'left'), [(False, {'held'}), (True, set())])

@@ -11,7 +11,7 @@ from std_msgs.msg import ColorRGBA
 pytest.importorskip('viser')
 
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Sphere
-from armsim_ros.nodes.web.view.objects_drawing import DrawnObject, geometries
+from armsim_ros.nodes.web.objects_drawing import DrawnObject, geometries
 
 GREY = ColorRGBA(r=0.5, g=0.5, b=0.5, a=1.0)
 

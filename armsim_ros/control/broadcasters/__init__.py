@@ -1,3 +1,0 @@
-# Copyright 2026 armsim_ros authors
-# SPDX-License-Identifier: Apache-2.0
-"""Controllers that only publish what they read."""

@@ -1,0 +1,315 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of Foxglove: a channel for each topic, serialized messages in and out."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from functools import cache, partial
+import secrets
+import time
+import traceback
+from typing import Any
+from urllib.parse import urlsplit
+
+import foxglove
+from foxglove.websocket import Capability, ServerListener
+from rclpy.qos import QoSDurabilityPolicy
+
+from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.access import Gate
+from armsim_ros.nodes.bridge.foxglove_commands import Commands, ENCODING, SharedParameters
+from armsim_ros.nodes.bridge.interfaces import load
+from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.package_files import PackageFiles
+from armsim_ros.nodes.bridge.parameters import Parameters
+from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
+from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
+from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
+from armsim_ros.nodes.ports import ServingError
+from armsim_ros.recording.message_definitions import message_definition
+
+#: How often changes of the graph are noticed [s].
+_RENEWAL = 0.5
+#: How long the SDK's threads wait for an answer of the graph [s].
+_PATIENCE = 3.0
+#: Foxglove's own pages, and its program for desktops, whose origin is that of any local file.
+_APP, _DESKTOP = ('https://app.foxglove.dev', 'https://studio.foxglove.dev'), 'file://'
+#: The reader of topics that are recorded in any case.
+_RECORDING = 'mcap'
+
+
+@dataclass
+class Topic:
+    """A channel, and the clients and the recording that read it."""
+
+    type_name: str
+    channel: Any
+    readers: set[Any] = field(default_factory=set)
+    is_latched: bool = False
+    newest: bytes = b''
+
+
+class FoxgloveServer(ServerListener):
+    """
+    Serves until it is closed; the callbacks come in threads of the SDK.
+
+    The SDK checks no Host, Origin or token. So it listens at a random loopback address, which no
+    page can find, and a gate with the rules of the bridge passes connections on to it.
+
+    :param settings: with the port, and what clients may do.
+    :param token: what a client must bring; '' admits all.
+    """
+
+    def __init__(self, link: BridgeLink, settings: BridgeSettings, token: str,
+                 files: PackageFiles) -> None:
+        self._link, self._settings, self._token, self._files = link, settings, token, files
+        self._permissions = Permissions.of(settings)
+        self._controls = settings.foxglove == 'control'
+        self._port = settings.foxglove_port
+        self._gate: Gate | None = None
+        self._recording: Any = None
+        self._context = foxglove.Context()
+        self._topics: dict[str, Topic] = {}
+        self._shows_graph = False
+        self._server: Any = None
+        self._commands = Commands(link, self._permissions)
+        self._renewal: asyncio.Task[None] | None = None
+        self._reader = TopicReader(link, self._deliver)
+        self._parameters = SharedParameters(
+            link, Parameters(link, settings.params_glob),
+            lambda values: self._server.publish_parameter_values(values),
+            lambda text: self._server.publish_status(text, foxglove.StatusLevel.Error))
+
+    @property
+    def url(self) -> str:
+        """What a client connects to."""
+        return bridge_url(self._settings, self._token, self._port)
+
+    async def open(self) -> None:
+        """
+        Open the port.
+
+        :raises ServingError: it is taken, or the recording cannot be written.
+        """
+        settings = self._settings
+        if settings.mcap:
+            try:
+                self._recording = foxglove.open_mcap(settings.mcap, context=self._context)
+            except OSError as error:
+                raise ServingError(f'mcap {settings.mcap} cannot be written: {error}') from None
+        capabilities = [Capability.ConnectionGraph, Capability.Parameters]
+        if self._uses_sim_time():
+            capabilities.append(Capability.Time)
+        if self._controls:
+            capabilities += [Capability.ClientPublish, Capability.Services]
+        host = f'127.{_byte()}.{_byte()}.{_byte()}'
+        self._server = foxglove.start_server(
+            name='armsim', host=host, port=0,
+            capabilities=capabilities, supported_encodings=['cdr', 'json'],
+            server_listener=self, asset_handler=self._asset,
+            context=self._context)
+        rules = bridge_rules(settings, self._token, self._port,
+                             origins=_APP if self._controls else (*_APP, _DESKTOP))
+        self._gate = Gate(rules, (host, self._server.port), settings.max_clients)
+        try:
+            self._port = await self._gate.open(settings.address, self._port, tls(settings))
+        except ServingError as error:
+            raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
+        self._renewal = self._link.loop.create_task(self._renew())
+
+    def close(self) -> None:
+        """Close the port and all subscriptions."""
+        if self._gate is not None:
+            self._gate.close()
+        if self._renewal is not None:
+            self._renewal.cancel()
+        self._reader.close()
+        self._commands.close()
+        if self._server is not None:
+            self._server.stop()
+        if self._recording is not None:
+            self._recording.close()
+
+    def on_subscribe(self, client: Any, channel: Any) -> None:
+        """Read a topic for a client."""
+        self._link.schedule(partial(self._subscribe, channel.topic, client.id))
+
+    def on_unsubscribe(self, client: Any, channel: Any) -> None:
+        """Read a topic for a client no more."""
+        self._link.schedule(partial(self._unsubscribe, channel.topic, client.id))
+
+    def on_get_parameters(self, client: Any, param_names: list[str],
+                          request_id: str | None = None) -> list[Any]:
+        """Return parameters, all where no names are given."""
+        return self._wait(self._parameters.read(param_names)) or []
+
+    def on_set_parameters(self, client: Any, parameters: list[Any],
+                          request_id: str | None = None) -> list[Any]:
+        """Set parameters where that is allowed, and return what they are then."""
+        if self._controls:
+            self._wait(self._parameters.write(parameters))
+        return self.on_get_parameters(client, [each.name for each in parameters])
+
+    def on_parameters_subscribe(self, param_names: list[str]) -> None:
+        """Publish these parameters as they change."""
+        self._link.schedule(partial(self._parameters.follow, param_names))
+
+    def on_parameters_unsubscribe(self, param_names: list[str]) -> None:
+        """Publish these parameters no more."""
+        self._link.schedule(partial(self._parameters.forget, param_names))
+
+    def on_connection_graph_subscribe(self) -> None:
+        """Publish the connection graph."""
+        self._shows_graph = True
+
+    def on_connection_graph_unsubscribe(self) -> None:
+        """Publish the connection graph no more."""
+        self._shows_graph = False
+
+    def on_client_advertise(self, client: Any, channel: Any) -> None:
+        """Make a publisher."""
+        if self._controls:
+            self._link.schedule(partial(
+                self._commands.advertise, (client.id, channel.id), channel.topic,
+                channel.schema_name, channel.encoding))
+
+    def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
+        """Take a publisher away."""
+        self._link.schedule(partial(
+            self._commands.unadvertise, (client.id, client_channel_id)))
+
+    def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
+        """Publish."""
+        self._link.schedule(partial(self._commands.publish, (client.id, client_channel_id), data))
+
+    def _subscribe(self, name: str, reader: Any) -> None:
+        """
+        Read a topic, and send the newest sample of a latched topic again.
+
+        :param reader: the client's id, or what else reads it.
+        """
+        topic = self._topics.get(name)
+        if topic is None:
+            return
+        if topic.readers:
+            topic.readers.add(reader)
+            if topic.is_latched and topic.newest:
+                topic.channel.log(topic.newest, log_time=time.time_ns())
+            return
+        try:
+            kind = load(topic.type_name, 'msg')
+        except ArmsimError:
+            return
+        profile = self._link.matching_profile(name)
+        topic.readers.add(reader)
+        topic.is_latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+        self._reader.add(name, kind, name, profile)
+
+    def _unsubscribe(self, name: str, reader: Any) -> None:
+        """Read a topic no more, where no reader is left."""
+        topic = self._topics.get(name)
+        if topic is not None and reader in topic.readers:
+            topic.readers.discard(reader)
+            if not topic.readers:
+                topic.newest = b''
+                self._reader.remove(name)
+
+    def _asset(self, uri: str) -> bytes | None:
+        parts = urlsplit(uri)
+        if parts.scheme != 'package':
+            return None
+        found: bytes | None = self._wait(self._files.read(parts.netloc, parts.path.lstrip('/')))
+        return found
+
+    def _wait(self, work: Any) -> Any:
+        """Return what a coroutine in the thread of the sockets returns, None if it is late."""
+        answer: Future[Any] = asyncio.run_coroutine_threadsafe(work, self._link.loop)
+        try:
+            return answer.result(_PATIENCE)
+        except TimeoutError:
+            answer.cancel()
+            return None
+
+    async def _renew(self) -> None:
+        """Follow the graph as long as the server runs."""
+        while True:
+            try:
+                self._follow_graph()
+            except Exception:  # noqa: BLE001 - the graph may be another in a moment
+                self._link.node.get_logger().error(
+                    f'foxglove did not follow the graph; please report this:\n'
+                    f'{traceback.format_exc()}')
+            await asyncio.sleep(_RENEWAL)
+
+    def _follow_graph(self) -> None:
+        """Let channels come and go with the topics of the graph."""
+        present = {name: type_name for name, type_name in self._link.topics().items()
+                   if self._permissions.allows('subscribe', 'topic', name)}
+        for name in [name for name, topic in self._topics.items()
+                     if present.get(name) != topic.type_name]:
+            topic = self._topics.pop(name)
+            self._reader.remove(name)
+            topic.channel.close()
+        for name, type_name in present.items():
+            if name not in self._topics:
+                self._topics[name] = Topic(type_name, foxglove.Channel(
+                    name, message_encoding='cdr', schema=_schema(type_name),
+                    context=self._context))
+                if any(fnmatchcase(name, pattern) for pattern in self._settings.mcap_topics):
+                    self._subscribe(name, _RECORDING)
+        if self._controls:
+            self._commands.renew(self._server, {
+                name: type_name for name, type_name in self._link.services().items()
+                if self._permissions.allows('call_service', 'service', name)})
+        if self._shows_graph:
+            self._server.publish_connection_graph(self._connections())
+        if self._uses_sim_time():
+            seconds, nanoseconds = self._link.now()
+            self._server.broadcast_time(seconds * 10**9 + nanoseconds)
+
+    def _connections(self) -> Any:
+        """Return the nodes at both ends of each topic, and those that serve each service."""
+        graph, serving = foxglove.ConnectionGraph(), dict[str, list[str]]()
+        for add, publish in ((graph.set_subscribed_topic, False),
+                             (graph.set_published_topic, True)):
+            for name in self._topics:
+                if nodes := self._link.ends(name, publish=publish):
+                    add(name, nodes)
+        for node in self._link.nodes():
+            for name in self._link.node_details(node)[2]:
+                serving.setdefault(name, []).append(node)
+        for name, nodes in serving.items():
+            graph.set_advertised_service(name, nodes)
+        return graph
+
+    def _deliver(self, batch: Batch) -> None:
+        now = time.time_ns()
+        for name, raw in batch:
+            topic = self._topics.get(name)
+            if topic is not None:
+                content = bytes(raw)
+                if topic.is_latched:
+                    topic.newest = content
+                topic.channel.log(content, log_time=now)
+
+    def _uses_sim_time(self) -> bool:
+        return bool(self._link.node.get_parameter('use_sim_time').value)
+
+
+@cache
+def _schema(type_name: str) -> foxglove.Schema | None:
+    """Return the schema of a message type, None where its definition is not installed."""
+    try:
+        text = message_definition(type_name)
+    except (ArmsimError, OSError, ValueError):
+        return None
+    return foxglove.Schema(name=type_name, encoding=ENCODING, data=text.encode())
+
+
+def _byte() -> int:
+    """Return a part of an address that no other program can expect."""
+    return 1 + secrets.randbelow(254)

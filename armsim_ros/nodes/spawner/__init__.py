@@ -1,3 +1,0 @@
-# Copyright 2026 armsim_ros authors
-# SPDX-License-Identifier: Apache-2.0
-"""The program that loads, configures and activates controllers of a running manager."""
