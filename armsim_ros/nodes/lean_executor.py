@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import Any
+from typing import Any, TypeGuard
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -29,7 +29,7 @@ _WARNINGS = {
 }
 
 
-def _is_warning(entity: Any) -> bool:
+def _is_warning(entity: Any) -> TypeGuard[EventHandler]:
     return isinstance(entity, EventHandler) and (
         entity.event_type in _WARNINGS[type(entity.event_type)])
 
