@@ -6,7 +6,7 @@ ARGS ?=
 # Extras of setup.cfg that make env installs beside what every environment has.
 EXTRAS ?=
 # Tests with programs in real time that run at a time.
-WORKERS ?= 2
+WORKERS ?= 3
 # Where LeRobot is installed for its tests.
 LEROBOT ?= build/lerobot
 

@@ -61,7 +61,7 @@ class Case:
 def main() -> int:
     """Run the jobs; return pytest's status of the worst."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
-    parser.add_argument('--workers', default='2', help='tests with programs at a time')
+    parser.add_argument('--workers', default='3', help='tests with programs at a time')
     parser.add_argument('--job', action='append', choices=JOBS, help='all where none is named')
     parser.add_argument('--no-reruns', action='store_true', help='one attempt, whatever happens')
     options, arguments = parser.parse_known_args()

@@ -56,7 +56,10 @@ def main():
     server = ActionServer(node, FollowJointTrajectory, '/follow', follow)
     with suppress(ExternalShutdownException, KeyboardInterrupt):
         rclpy.spin(node)
+    # A participant that is left to the end of the process may wait there for ever.
     server.destroy()
+    node.destroy_node()
+    rclpy.try_shutdown()
 
 
 if __name__ == '__main__':
