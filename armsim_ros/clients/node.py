@@ -19,8 +19,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from typing_extensions import Self
 
-from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.polling_node import destroy_actions
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 if TYPE_CHECKING:  # half of what a client without actions would import
     from rclpy.action import ActionClient
@@ -51,7 +51,7 @@ class SpinningNode:
                    signal_handler_options=SignalHandlerOptions.NO)
         self.node = kind(name, context=self.context, **options)
         self._others: list[Node] = []
-        self._executor = LeanExecutor(context=self.context)
+        self._executor = WaitSetExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._services: dict[tuple[type, str], Any] = {}
         self._actions: dict[tuple[type, str], PatientActionClient] = {}

@@ -25,7 +25,6 @@ from rclpy.signals import (
 from armsim_ros.cli.environment import announce_often
 from armsim_ros.moveit_py.description import described_cell, OPTIONS
 from armsim_ros.nodes.executor_program import failures_logged
-from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionEvent,
     TrajectoryExecutionManager,
@@ -46,6 +45,7 @@ from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments
 from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 Value = TypeVar('Value')
 #: Steps of a wait [s]; time for what was cancelled to end before KeyboardInterrupt is raised [s].
@@ -79,7 +79,7 @@ class MoveItCpp:
         ros = self._ros = RosContext()
         rclpy.init(args=[arguments.name, *arguments.ros_args()], context=ros,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self._executor = LeanExecutor(context=ros)
+        self._executor = WaitSetExecutor(context=ros)
         self._closing = False
         self._closed = threading.Lock()
         own = {'use_sim_time': bool(self.parameters.get('use_sim_time')),

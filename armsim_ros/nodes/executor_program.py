@@ -25,8 +25,8 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 
 class ExecutorProgram(ABC):
@@ -65,7 +65,7 @@ class ExecutorProgram(ABC):
         rclpy.init(
             args=[self.NODE, *self._arguments.ros_args],
             signal_handler_options=SignalHandlerOptions.NO)
-        executor = self._executor = LeanExecutor()
+        executor = self._executor = WaitSetExecutor()
         use_sim_time = Parameter('use_sim_time', value=self._arguments.use_sim_time)
         node = PollingNode(self.NODE, parameter_overrides=[use_sim_time], **self.NODE_OPTIONS)
         executor.add_node(node)

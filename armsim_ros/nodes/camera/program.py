@@ -25,9 +25,9 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
-from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.upstream.robot_state_publisher import transform
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 from armsim_ros.sim.camera import Camera, Snapshot
 
 #: Wall time between checks of services and subscribers while no picture comes [s].
@@ -68,7 +68,7 @@ class CameraProgram:
         self._node = PollingNode('camera', parameter_overrides=[use_sim_time])
         self._diagnostics = RenderingDiagnostics(self._node)
         self._static_publisher = self._node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
-        executor = LeanExecutor()
+        executor = WaitSetExecutor()
         executor.add_node(self._node)
         try:
             self._choose_backend()

@@ -23,7 +23,6 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
-from armsim_ros.nodes.lean_executor import LeanExecutor
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
@@ -40,6 +39,7 @@ from armsim_ros.nodes.simulation.threads import (
 from armsim_ros.nodes.simulation.world.answers import Work
 from armsim_ros.nodes.simulation.world.server import WorldServer
 from armsim_ros.nodes.upstream.robot_state_publisher import RobotStatePublisher, transform
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 from armsim_ros.recording.flight_recorder import FlightRecorder
 from armsim_ros.sim.assembly import build_control, build_simulation, run_digest
 from armsim_ros.sim.camera import Camera, cameras_of
@@ -125,7 +125,7 @@ class SimulationProgram:
         prioritized = prioritize_process(simulation.pace.priority)
         rclpy.init(
             args=['simulation', *self._ros_args], signal_handler_options=SignalHandlerOptions.NO)
-        self._executor = LeanExecutor()
+        self._executor = WaitSetExecutor()
         self._control = ControlThread(self._loop)
         nodes: list[Node] = []
         try:

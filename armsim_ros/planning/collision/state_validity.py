@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property, lru_cache
 import math
@@ -34,6 +34,9 @@ HULL_CLEARANCE = 0.005
 """What the search keeps from hulls [m] where start and goals do: paths are quicker to prove."""
 
 _BOUND_TOLERANCE = 1e-6
+
+MotionTest = Callable[[Vector, Vector, bool], bool]
+"""Tests whether the motion between two states (m,) is free, see ``StateValidity.motion_test``."""
 
 
 class StateValidity:
@@ -201,21 +204,35 @@ class StateValidity:
         :param exact: see :meth:`free`.
         :param clearance: [m] that shall be left; None for :attr:`clearance`.
         """
-        blocked = self._test(exact, self.clearance if clearance is None else clearance)
-        if not between and blocked(self.full(b)):
-            return False
-        way = b - a
-        length = float(self.displacement_weights.dot(abs(way)))
-        if length <= step:
+        free = self.motion_test(step, exact, self.clearance if clearance is None else clearance)
+        return free(a, b, between)
+
+    def motion_test(self, step: float, exact: bool, clearance: float) -> MotionTest:
+        """
+        Return :meth:`motion_free` as a function of the states, for many motions.
+
+        Parameters are those of :meth:`motion_free`; the function takes the states and ``between``.
+        """
+        weights, few = self.displacement_weights, POLLED_STATES[exact]
+        test, full, full_states = self._test, self.full, self.full_states
+
+        def free(a: Vector, b: Vector, between: bool = False) -> bool:
+            blocked = test(exact, clearance)
+            if not between and blocked(full(b)):
+                return False
+            way = b - a
+            length = float(weights.dot(abs(way)))
+            if length <= step:
+                return True
+            states = full_states(a + _halving_order(math.ceil(length / step)) * way)
+            for begin in range(0, len(states), few):
+                self.poll()
+                for q in states[begin:begin + few]:
+                    if blocked(q):
+                        return False
             return True
-        states = self.full_states(a + _halving_order(math.ceil(length / step)) * way)
-        few = POLLED_STATES[exact]
-        for begin in range(0, len(states), few):
-            self.poll()
-            for q in states[begin:begin + few]:
-                if blocked(q):
-                    return False
-        return True
+
+        return free
 
     def _test(self, exact: bool, clearance: float) -> CollisionTest:
         """Return the fastest collision test of full states."""

@@ -56,6 +56,7 @@ class JointSpace:
         #: Where states are sampled (m,).
         self.low, self.high = lower, np.maximum(upper, lower + 1e-9)
         self._nothing: Matrix = np.empty((0, len(start)))
+        self._free = validity.motion_test(step, exact, clearance)
 
     @property
     def extension(self) -> float:
@@ -69,13 +70,12 @@ class JointSpace:
     def motion_free(self, first: Vector, second: Vector) -> bool:
         """Return whether the straight motion from a free state (m,) to another is free."""
         self.motions += 1
-        return self.validity.motion_free(first, second, self.step, self.exact, self.clearance)
+        return self._free(first, second, False)
 
     def shortcut_free(self, first: Vector, second: Vector) -> bool:
         """Return whether the straight motion between two states of a free path is free."""
         self.motions += 1
-        return self.validity.motion_free(
-            first, second, self.step, self.exact, self.clearance, between=True)
+        return self._free(first, second, True)
 
     def corner_free(self, first: Vector, second: Vector) -> bool:
         """Return whether a shortcut is free that cuts a corner: in smaller steps, it is close."""
@@ -96,7 +96,8 @@ class JointSpace:
         """
         following = target if distance <= longest else (
             state + (target - state) * (longest / distance))
-        return following[None] if self.motion_free(state, following) else self._nothing
+        self.motions += 1
+        return following[None] if self._free(state, following, False) else self._nothing
 
 
 class ConstrainedSpace(JointSpace):

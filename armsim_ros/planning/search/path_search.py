@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 
@@ -30,7 +31,12 @@ from armsim_ros.planning.search.joint_space import ConstrainedSpace, JointSpace
 from armsim_ros.planning.search.ompl_interface import solve_with_ompl
 from armsim_ros.planning.search.planners import PlannerChoice, settings_of
 from armsim_ros.planning.search.rrt_connect import RRTConnect
-from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
+from armsim_ros.planning.search.shortening import (
+    path_length,
+    with_corners_cut,
+    with_shortcuts,
+    without_repeats,
+)
 from armsim_ros.planning.timing.limits import MotionLimits, SpeedLimit
 from armsim_ros.planning.timing.path_timing import MAX_DEVIATION, time_waypoints
 from armsim_ros.quintic_motion import QuinticMotion
@@ -131,17 +137,24 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
     if stage.straight:
         return _straight(problem, stage)
     best: Matrix | None = None
-    attempt, most = 0, stage.most_motions
+    attempt, most, with_corners = 0, stage.most_motions, math.inf
     while True:
         attempt += 1
         space = problem.space(stage)
         found = _solve(space, problem, most)
-        if found is not None and (best is None or path_length(found) < path_length(best)):
-            best = found
-        if found is None or best is None or problem.budget.spent():
+        if found is None:
+            return best
+        # A second search whose path is the longer one before corners are cut is in vain.
+        length = path_length(found)
+        if attempt <= problem.attempts or length < with_corners:
+            with_corners = min(length, with_corners)
+            found = _finished(found, space, problem)
+            if best is None or path_length(found) < path_length(best):
+                best = found
+        if problem.budget.spent():
             return best
         again = (
-            attempt == 1 and stage.rough and problem.planner.simplify
+            attempt == 1 and stage.rough and problem.planner.simplify and best is not None
             and space.motions < _CHEAP_MOTIONS and _is_detour(best)
         )
         if attempt >= problem.attempts:
@@ -171,7 +184,7 @@ def _is_detour(waypoints: Matrix) -> bool:
 def _solve(
     space: JointSpace, problem: SearchProblem, most_motions: int | None
 ) -> Matrix | None:
-    """Return a shortened path, None where none was found; PREEMPTED where cancelled."""
+    """Return a path with shortcuts, None where none was found; PREEMPTED where cancelled."""
     planner, budget = problem.planner, problem.budget
 
     def given_up() -> bool:
@@ -196,7 +209,14 @@ def _solve(
     found = without_repeats(found)
     if not planner.simplify:
         return found
-    return shortened(found, space, problem.rng, budget.spent)
+    return with_shortcuts(found, space, problem.rng, budget.spent)
+
+
+def _finished(found: Matrix, space: JointSpace, problem: SearchProblem) -> Matrix:
+    """Return a path of :func:`_solve` with its corners cut, unless it is to stay as it is."""
+    if not problem.planner.simplify:
+        return found
+    return with_corners_cut(found, space, problem.budget.spent)
 
 
 def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
@@ -224,7 +244,9 @@ def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
         detour = None
         if not problem.budget.spent():
             part = replace(problem, start=a, goals=(b,), planner=planner.for_repairs())
-            detour = _solve(part.space(closely), part, _REPAIR_MOTIONS)
+            space = part.space(closely)
+            detour = _solve(space, part, _REPAIR_MOTIONS)
+            detour = None if detour is None else _finished(detour, space, part)
         if detour is None:
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
@@ -234,9 +256,9 @@ def repaired(waypoints: Matrix, problem: SearchProblem, stage: Stage) -> Matrix:
         a = b
     path = without_repeats(np.concatenate(pieces))
     if changed and planner.simplify:
-        path = shortened(
-            path, problem.space(closely), problem.rng, problem.budget.spent,
-            _LAST_FAILURES)
+        space, spent = problem.space(closely), problem.budget.spent
+        path = with_corners_cut(
+            with_shortcuts(path, space, problem.rng, spent, _LAST_FAILURES), space, spent)
     return without_repeats(path)
 
 

@@ -21,7 +21,7 @@ BATCH = 8
 LEAST_GAIN = 0.01
 """Share of the path's length that a shortcut has to save."""
 
-FAILURES = 6
+FAILURES = 8
 """Shortcuts in a row without success after which a straight path is left as it is."""
 
 PATIENCE = 2.0
@@ -37,18 +37,16 @@ MOST_CUTS = 40
 """Cuts that are tried at most."""
 
 
-def shortened(
+def with_shortcuts(
     waypoints: Matrix, space: JointSpace, rng: np.random.Generator,
     stop: Callable[[], bool], failures: int = FAILURES,
 ) -> Matrix:
     """
-    Return a path with shortcuts between any of its points, and no waypoint more than it needs.
+    Return a path with shortcuts between any of its points.
 
     Of several pairs of points drawn by chance the pair that saves most is checked; the more of
     them are blocked, the fewer are drawn, so that small savings get their turn (shortcuts by
-    chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280). What they leave
-    are corners close to obstacles; these are cut one by one, which a pair of points drawn by
-    chance seldom does.
+    chance alone: Geraerts and Overmars 2007, DOI 10.1177/0278364907079280).
 
     :param waypoints: (k, m) of a free path.
     :param space: joins states, and checks motions between them.
@@ -72,6 +70,20 @@ def shortened(
             vain, draws = vain + 1, max(draws // 2, 1)
         if vain >= most:
             break
+    return path
+
+
+def with_corners_cut(path: Matrix, space: JointSpace, stop: Callable[[], bool]) -> Matrix:
+    """
+    Return a path with no waypoint more than it needs, and its corners cut.
+
+    What shortcuts leave are corners close to obstacles; these are cut one by one, which a pair of
+    points drawn by chance seldom does.
+
+    :param path: (k, m) free, neighbours different.
+    :param space: checks motions.
+    :param stop: asked before every motion.
+    """
     path = _reduced(path, space.shortcut_free, stop)
     return without_repeats(_cut(path, space.corner_free, stop))
 

@@ -7,7 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from armsim_ros.planning.search.shortening import path_length, shortened, without_repeats
+from armsim_ros.planning.search.shortening import (
+    path_length,
+    with_corners_cut,
+    with_shortcuts,
+    without_repeats,
+)
 
 DETOUR = np.array([
     [0.0, 0.5], [0.1, 0.9], [0.15, 0.6], [0.3, 0.95], [0.7, 0.9], [0.9, 0.95], [1.0, 0.5]])
@@ -41,6 +46,11 @@ class Round(Square):
     def join(self, first, second):
         middle = 0.5 * (first + second) + np.array([0.0, 0.01])
         return middle[None]
+
+
+def shortened(path, space, rng, stop):
+    """Return a path with shortcuts and its corners cut."""
+    return with_corners_cut(with_shortcuts(path, space, rng, stop), space, stop)
 
 
 @pytest.mark.parametrize('seed', range(10))
