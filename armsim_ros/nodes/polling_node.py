@@ -196,8 +196,8 @@ class PollingNode(GuardedNode):
     """
     A node that reads its frequent topics, ``/clock`` among them, when ``catch_up`` is called.
 
-    rclpy's executors make a wait set of all their entities for every message, which with a
-    hundred services costs close to a millisecond. Unread messages stay with the
+    Executors fill a wait set with all their entities for every message, which with a hundred
+    services costs more than to read it. Unread messages stay with the
     middleware, which keeps the newest; a caller of ``catch_up`` before each callback has in each
     of them the state, and the time, of that moment.
 

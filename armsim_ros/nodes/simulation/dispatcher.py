@@ -51,8 +51,8 @@ class Dispatcher:
     """
     A queue of small calls, made by the publishing thread.
 
-    An executor rebuilds its wait set at every wake-up, which costs ten times as much as to
-    publish a message; so the loop's messages go out through this queue instead. What it
+    An executor fills its wait set at every wake-up, which costs more than to publish a
+    message; so the loop's messages go out through this queue instead. What it
     repeats is bounded, however late the thread is, and wakes the thread once for
     all messages of a tick.
 
