@@ -28,8 +28,8 @@ from armsim_ros.nodes.polling_node import keep_live
 
 #: How long a client may take for an answer where no time is configured [s].
 _PATIENCE = 30.0
-#: Time to request the results of aborted goals before the action is gone [s].
-_LAST_RESULTS = 0.5
+#: Time to send answers, and to request results of aborted goals, before an endpoint is gone [s].
+_LAST_ANSWERS = 0.5
 
 
 @dataclass(eq=False)
@@ -97,6 +97,10 @@ class Advertised(ABC):
             self._link.settle(waiting, None)
         # What is settled is answered before the endpoint goes.
         await self._link.run(lambda: None)
+        if requests:
+            # The middleware sends answers in its own thread, and drops them with the endpoint;
+            # callers of actions that were accepted a moment ago have yet to request the result.
+            await asyncio.sleep(_LAST_ANSWERS)
 
     async def _end(self, served: Served) -> None:
         self._served = {name: other for name, other in self._served.items()
@@ -208,11 +212,7 @@ class AdvertisedActions(Advertised):
         await self._answer(client, message, 'Result')
 
     async def _settle_all(self, served: Served) -> None:
-        waited_for = bool(served.requests)
         await super()._settle_all(served)
-        if waited_for:
-            # Callers that were accepted a moment ago have yet to request the result.
-            await asyncio.sleep(_LAST_RESULTS)
         for _ in range(2):
             await self._link.run(lambda: None)
 

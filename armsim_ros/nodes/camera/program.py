@@ -15,6 +15,7 @@ import time
 from typing import Any
 
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from tf2_msgs.msg import TFMessage
@@ -27,7 +28,6 @@ from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.upstream.robot_state_publisher import transform
-from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 from armsim_ros.sim.camera import Camera, Snapshot
 
 #: Wall time between checks of services and subscribers while no picture comes [s].
@@ -68,7 +68,7 @@ class CameraProgram:
         self._node = PollingNode('camera', parameter_overrides=[use_sim_time])
         self._diagnostics = RenderingDiagnostics(self._node)
         self._static_publisher = self._node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
-        executor = WaitSetExecutor()
+        executor = SingleThreadedExecutor()
         executor.add_node(self._node)
         try:
             self._choose_backend()

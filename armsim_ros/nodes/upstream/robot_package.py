@@ -13,6 +13,7 @@ import time
 from typing import Any
 
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import String
 import yaml
@@ -21,7 +22,6 @@ from armsim_ros.config.draft import BLOCKS
 from armsim_ros.errors import ConfigError, Location, Problem
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments
-from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 URDF, SEMANTIC = 'robot_description', 'robot_description_semantic'
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
@@ -186,7 +186,7 @@ def wait_for_descriptions(
             node.create_subscription(String, topic, partial(_note, found, topic), qos.LATCHED)
         node.create_timer(_REMINDER, lambda: node.get_logger().info(
             f"waiting for the topic {' or '.join(topics)}"))
-        executor = WaitSetExecutor(context=context)
+        executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
         deadline = time.monotonic() + timeout
         while not found or any(topic not in found for topic in needed):

@@ -11,9 +11,10 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 
@@ -75,23 +76,17 @@ def user(pytestconfig: pytest.Config) -> Iterator[User]:
         node = Node('commander', context=context)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        thread = threading.Thread(target=spin, args=(executor,), daemon=True)
+        end = Future()
+        thread = threading.Thread(
+            target=executor.spin_until_future_complete, args=(end,), daemon=True)
         thread.start()
         try:
             yield User(node)
         finally:
-            executor.shutdown(1.0)
+            executor.create_task(end.set_result, None)
             thread.join(5.0)
             destroy_node(node)
             context.try_shutdown()
-
-
-def spin(executor: SingleThreadedExecutor) -> None:
-    """Spin until the context ends."""
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        return
 
 
 def test_a_joint_goal_is_planned_and_executed(user: User) -> None:

@@ -11,8 +11,9 @@ import cbor2
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from websockets.sync.client import connect
 
 from armsim_ros.testing.program import start_program
@@ -100,14 +101,12 @@ def peer():
     node = rclpy.create_node('peer', context=context)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
-
-    def spin():
-        with contextlib.suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, daemon=True)
+    end = Future()
+    thread = threading.Thread(
+        target=executor.spin_until_future_complete, args=(end,), daemon=True)
     thread.start()
     yield node
-    context.try_shutdown()
+    executor.create_task(end.set_result, None)
     thread.join(5.0)
     node.destroy_node()
+    context.try_shutdown()

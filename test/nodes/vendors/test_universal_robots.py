@@ -82,7 +82,7 @@ def stack():
             with Arm(domain, 'client') as arm:
                 yield arm, status, client.text, launch
         finally:
-            launch.stop()
+            launch.stop(15.0)
 
 
 @pytest.fixture
