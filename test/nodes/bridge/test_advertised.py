@@ -146,7 +146,7 @@ def test_a_goal_ends_as_its_client_says(monkeypatch, answer, outcome):
         return SimpleNamespace(destroy=lambda: made.append('destroyed'))
 
     monkeypatch.setattr(advertised, 'ActionServer', server)
-    monkeypatch.setattr(advertised, '_LAST_RESULTS', 0.0)
+    monkeypatch.setattr(advertised, '_LAST_ANSWERS', 0.0)
 
     async def run():
         client, goal = Client(), Goal()

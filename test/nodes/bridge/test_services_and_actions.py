@@ -7,11 +7,13 @@ import threading
 import time
 
 import pytest
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.task import Future
 from std_srvs.srv import SetBool
 from tf2_msgs.action import LookupTransform
+
+from armsim_ros.clients.action_client import PatientActionClient
 
 ACTION = 'tf2_msgs/action/LookupTransform'
 
@@ -237,7 +239,7 @@ def test_a_client_serves_an_action(talk, peer):
     client = talk()
     client.send('advertise_action', action='/mine_too', type=ACTION)
     client.settle()
-    caller = ActionClient(peer, LookupTransform, '/mine_too')
+    caller = PatientActionClient(peer, LookupTransform, '/mine_too')
     assert caller.wait_for_server(10)
     feedback, results = threading.Event(), []
     done = [threading.Event(), threading.Event()]
