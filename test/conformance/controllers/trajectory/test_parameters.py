@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 import math
+from statistics import median
 from typing import Any
 
 from controller_bench import Bench, TrajectoryController
@@ -177,7 +179,8 @@ def test_state_publish_rate_is_honoured(bench: Bench, load: Load) -> None:
     assert bench.manager.configure('calm')
     c = bench.use('calm')
     stamps = [s.header.stamp.sec + s.header.stamp.nanosec * 1e-9 for s in c.watch(26)]
-    assert stamps[-1] - stamps[0] == pytest.approx(25 * 0.04, abs=0.03)
+    # The middle one: an update that is late delays the state that is due with it.
+    assert median(b - a for a, b in pairwise(stamps)) == pytest.approx(0.04, abs=0.005)
     bench.activate()
 
 
