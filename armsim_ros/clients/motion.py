@@ -158,8 +158,9 @@ class Stopper:
         :param actions: None asks all.
         :returns: their responses to be, of CancelGoal.
         """
-        answers = [self._client.call(CancelGoal, action + _CANCEL)
-                   for action in (self.actions() if actions is None else actions)]
-        # Later, as a goal that the event has ended is not counted as one that is cancelled.
-        self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
-        return answers
+        try:
+            return [self._client.call(CancelGoal, action + _CANCEL)
+                    for action in (self.actions() if actions is None else actions)]
+        finally:
+            # After the requests: a goal that the event has ended is not counted as cancelled.
+            self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
