@@ -196,6 +196,7 @@ class WaitSetExecutor(SingleThreadedExecutor):
         if entities is None or entities.made_of != made_of:
             if entities is not None:
                 entities.close()
+                self._entities = None  # a failure below must not leave a closed set in use
             entities = self._entities = _Entities(
                 made_of, (self._guard.handle, self._sigint_gc.handle), self._context.handle)
         ready = entities.wait()
