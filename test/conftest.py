@@ -25,11 +25,12 @@ _FIRST_DOMAIN, _LAST_DOMAIN = 40, 99
 
 
 _TESTS = Path(__file__).parent
-#: Folders and files whose tests run programs in real time, or join a ROS graph.
+#: Folders and files whose tests run programs in real time, or join a ROS graph; those whose files
+#: take long come first, so that no worker is left with one.
 _REAL_TIME = [
     _TESTS / name
-    for name in ('conformance', 'interfaces/test_between_processes.py', 'launch/test_running.py',
-                 'nodes', 'system')
+    for name in ('conformance', 'system', 'nodes', 'launch/test_running.py',
+                 'interfaces/test_between_processes.py')
 ]
 #: Folders each of which has one stack for most of its tests.
 _ONE_STACK = [

@@ -32,7 +32,7 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     config.pluginmanager.register(ByStack([NODES / 'shared']))
     if config.option.job:
-        config.pluginmanager.register(ChosenJob(config.option.job, [NODES]))
+        config.pluginmanager.register(ChosenJob(config.option.job, [NODES / 'long', NODES]))
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
@@ -153,6 +153,16 @@ def test_it():
     status, text = make_test({**files, 'nodes/test_waits.py': waits}, '--job', 'real-time')
     assert status == 0, text
     assert len({file.name[:3] for file in tmp_path.glob('gw?.?')}) == 1
+
+
+def test_folders_run_in_the_order_of_their_list(make_test):
+    """So that long ones begin first."""
+    status, text = make_test({
+        'nodes/a/test_short.py': 'def test_short(): pass',
+        'nodes/long/test_long.py': 'def test_long(): pass',
+    }, '--job', 'real-time', '--workers', '0', '-v')
+    assert status == 0, text
+    assert re.findall(r'::(test_\w+) PASSED', text) == ['test_long', 'test_short']
 
 
 def test_nothing_collected_is_told(make_test):

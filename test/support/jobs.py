@@ -14,7 +14,7 @@ class ChosenJob:
     A plugin that leaves out the tests of other jobs.
 
     :param job: whose tests run.
-    :param real_time: folders whose tests run programs.
+    :param real_time: folders whose tests run programs, in the order in which they run.
     """
 
     def __init__(self, job, real_time):
@@ -29,9 +29,11 @@ class ChosenJob:
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, config, items):
-        """Keep what is marked as alone for the job of that name."""
+        """Keep what is marked as alone for the job of that name, in the order of the folders."""
         if self._job == CORE:
             return
+        items.sort(key=lambda item: next(
+            place for place, each in enumerate(self._real_time) if item.path.is_relative_to(each)))
         chosen, others = [], []
         for item in items:
             alone = item.get_closest_marker('alone') is not None
