@@ -3,8 +3,8 @@
 """
 Runs the test suite in three jobs: `make test`. What is no option of this script goes to pytest.
 
-A test with programs in real time that failed while the machine was under pressure runs again,
-alone and once. JUnit reports of all jobs stay in build/tests.
+A test of the real-time job that failed while the machine was under pressure runs again, alone and
+once. JUnit reports of all jobs stay in build/tests.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def main() -> int:
         total = sum(case.seconds for case in found) or 1.0
         pressure = sum(case.seconds * case.pressure for case in found) / total
         print(f'{job}: {time.monotonic() - start:.0f} s, mean pressure {pressure:.0%}')
-        if job != 'core':
+        if job == 'real-time':
             starved += [case for case in found if case.outcome == 'failed' and case.starved]
     again = {}
     if starved and not options.no_reruns and len(starved) <= MOST_RERUNS:
@@ -88,7 +88,9 @@ def main() -> int:
         if run('again', '1', *(case.name for case in starved)) not in COMPLETE:
             return FAILED
         again = {case.name: case.outcome for case in read('again')}
-    show(starved, again)
+    show([case for case in cases if case.outcome == 'failed'], again)
+    if len(starved) > MOST_RERUNS:
+        print(f'{len(starved)} failed under pressure; up to {MOST_RERUNS} would have run again')
     failed = {case.name for case in cases if case.outcome == 'failed'}
     failed -= {name for name, outcome in again.items() if outcome == 'passed'}
     summarize(cases, failed, again, time.monotonic() - begin)
@@ -128,16 +130,14 @@ def first_line(text: str | None) -> str:
     return next((line.strip() for line in (text or '').splitlines() if line.strip()), '')
 
 
-def show(starved: list[Case], again: dict[str, str]) -> None:
-    """Print a table of what failed under pressure."""
-    if starved:
-        print(f'\nfailed under pressure: some program waited for a processor for more than '
-              f'{PRESSURE:.0%} of the time, or the host kept more than {STEAL:.0%}')
-    for case in starved:
+def show(failed: list[Case], again: dict[str, str]) -> None:
+    """Print a table of what failed."""
+    if failed:
+        print('\nfailed; the share of the time in which some program waited for a processor, '
+              'and the share of the processors that the host kept')
+    for case in failed:
         print(f'{case.pressure:5.0%} waited, {case.steal:4.0%} kept; '
               f'then {again.get(case.name, "not run again")}: {case.name}\n      {case.why}')
-    if len(starved) > MOST_RERUNS:
-        print(f'{len(starved)} tests; up to {MOST_RERUNS} would have run again')
 
 
 def summarize(cases: list[Case], failed: set[str], again: dict[str, str], seconds: float) -> None:
