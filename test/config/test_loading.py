@@ -261,3 +261,9 @@ def test_every_folder_under_config_loads():
     assert 'sunday' in robot_names()
     for name in robot_names():
         load_robot_settings(name)
+
+
+def test_hidden_files_are_none_of_a_robot(files):
+    """What an editor leaves beside a file is not read."""
+    files.write('.joint_limits.yaml', 'joint_limits: [')
+    assert files.load().joint_limits

@@ -74,6 +74,7 @@ def test_merge_keys_and_aliases():
     ('l:\n- n: g\na: f type: F\n', 'f.yaml:3:10: mapping values are not allowed in this context'),
     ('joint\uff1a 1\nb: 2\n', "the sign '\uff1a' is not YAML's: write :"),
     ('a: 1\x01\n', 'f.yaml:1:5: the sign 0x01 is not allowed in YAML'),
+    ('a: \xe9\x7f\n', 'f.yaml:1:5: the sign 0x7f is not allowed in YAML'),
     (b'a: 1\nb: \xb9\xd8\n', 'f.yaml:2:4: byte 0xb9 is not UTF-8'),
     ('a: 1\n'.encode('utf-16'), 'f.yaml:1: the text is UTF-16'),
     ('[' * 20000, 'f.yaml:1:51: nested more than 50 deep'),

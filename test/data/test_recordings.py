@@ -4,6 +4,7 @@
 
 import json
 
+from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer
 import numpy as np
 from pyarrow import parquet
@@ -148,3 +149,17 @@ def test_the_program_reads_a_map_file(tmp_path, capsys):
     with pytest.raises(ConfigError, match=r'fps: .*greater than or equal to 1'):
         topic_map(tmp_path / 'wrong.yaml')
     assert main([*arguments, str(tmp_path / 'wrong.yaml')]) == 2
+
+
+def test_a_topic_without_a_message_is_named(tmp_path):
+    """A topic that was recorded, and on which nothing came."""
+    with (tmp_path / 'run.mcap').open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start('ros2')
+        kind = 'std_msgs/msg/Float64MultiArray'
+        schema = writer.register_schema(kind, 'ros2msg', KINDS[kind].encode())
+        writer.register_channel('/commands', 'cdr', schema)
+        writer.finish()
+    mapping = {'fps': 10, 'task': 'Do it.', 'features': {'action': {'topic': '/commands'}}}
+    with pytest.raises(ConfigError, match="has no message of '/commands'"):
+        convert([tmp_path / 'run.mcap'], tmp_path / 'set', TopicMap.model_validate(mapping))

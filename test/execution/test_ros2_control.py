@@ -147,3 +147,10 @@ def test_joints_that_would_be_left_alone():
     assert controllers_to_switch(['/arm'], known, {'/whole'}) == (['/arm', '/rest'], ['/whole'])
     with pytest.raises(PlanningError, match='no controller has c'):
         controllers_to_switch(['/arm'], known[:2], {'/whole'})
+
+
+def test_a_needed_controller_that_is_gone_is_named():
+    """With those that there are."""
+    known = ManagedControllers('/', (ARM, SLIDER)).settings
+    with pytest.raises(PlanningError, match=r"'/gone' is gone; known: /arm"):
+        controllers_to_switch(['/gone'], known, {'/slider'})

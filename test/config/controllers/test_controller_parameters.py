@@ -7,7 +7,9 @@ import math
 from pydantic import ValidationError
 import pytest
 
+from armsim_ros.config.base import ControllerParameters
 from armsim_ros.config.controllers.broadcasters import JointStateBroadcasterParameters
+from armsim_ros.config.controllers.compliance import StiffnessSettings
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperActionControllerParameters,
@@ -202,3 +204,13 @@ def test_manager_parameters():
     assert ControllerManagerParameters().update_rate == 100
     assert "did you mean 'update_rate'" in problems(ControllerManagerParameters, update_rat=5)
     assert 'type' in problems(ControllerManagerParameters, arm={})
+
+
+def test_stiffness_defaults():
+    """Those of cartesian_compliance_controller.cpp, on_init."""
+    assert list(StiffnessSettings().model_dump().values()) == [500.0] * 3 + [50.0] * 3
+
+
+def test_rates_are_fixed_once_a_controller_is_loaded():
+    """controller_interface_base.cpp, init and configure, reads them once."""
+    assert all(read_only(ControllerParameters, name) for name in ControllerParameters.model_fields)

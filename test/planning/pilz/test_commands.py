@@ -307,3 +307,10 @@ def test_max_cartesian_speed_slows_a_command(bench: Any) -> None:
     tips = bench.tips(answer.trajectory)
     step = answer.trajectory.duration / (len(tips) - 1)
     assert (np.linalg.norm(np.diff(tips, axis=0), axis=1) / step).max() < 0.0205
+
+
+def test_max_cartesian_speed_where_nothing_moves(bench: Any) -> None:
+    """REQ-12: a command to where the arm is succeeds with a limit as it does without."""
+    answer = bench.run('PTP', bench.at(bench.pose), max_cartesian_speed=0.02)
+    assert answer.error_code == MoveItErrorCode.SUCCESS
+    assert answer.trajectory.duration == bench.run('PTP', bench.at(bench.pose)).trajectory.duration

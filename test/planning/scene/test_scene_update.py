@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scene_summary import summary
 
-from armsim_ros.errors import PlanningError
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
@@ -21,7 +21,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectType,
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import SceneUpdate, StartState
+from armsim_ros.planning.scene.update import joined, MOST_REFUSALS, SceneUpdate, StartState
 
 ADD, REMOVE, APPEND, MOVE = ObjectOperation
 NO_STATE = StartState(is_diff=False)
@@ -348,3 +348,15 @@ def test_rules_of_an_object_outlive_attaching_and_end_with_it(scene):
         assert scene.acm.allowed('cup', 'fore')
         scene.apply_object(removed(remove))
         assert 'cup' not in scene.acm.names
+
+
+@pytest.mark.parametrize(('count', 'end'), [
+    (2, 'part 1'), (MOST_REFUSALS, f'part {MOST_REFUSALS - 1}'),
+    (MOST_REFUSALS + 3, f'part {MOST_REFUSALS - 1}; and 3 more')])
+def test_many_refusals_are_one_message(count, end):
+    """With the number of all, the first ones, and how many are left out."""
+    error = joined([PlanningError(MoveItErrorCode.FAILURE, f'part {number}')
+                    for number in range(count)])
+    assert error.code == MoveItErrorCode.FAILURE
+    assert f'{count} parts are refused: ' in str(error)
+    assert str(error).endswith(end)

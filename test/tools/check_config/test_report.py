@@ -89,3 +89,17 @@ def test_a_robot_that_is_not_there(capsys):
     """The robots that there are, and the nearest name."""
     assert main(['sundai']) == 2
     assert "did you mean 'sunday'?" in capsys.readouterr().out
+
+
+def test_keys_in_lists_of_blocks_have_the_number_of_their_block(user, capsys):
+    """--keys tells them apart."""
+    (user / 'sensors_3d.yaml').write_text("""
+upper:
+  lists:
+    - {name: first}
+    - {name: second}
+""")
+    main([str(user), '--keys'])
+    text = capsys.readouterr().out
+    assert ': upper.lists[0].name: first\n' in text
+    assert ': upper.lists[1].name: second\n' in text

@@ -68,9 +68,10 @@ def test_a_slip_is_marked(name, data):
     assert mistakes(name, data)
 
 
-def test_the_program_writes_them(tmp_path, capsys):
+@pytest.mark.parametrize('argument', ['--schema={}', 'schema:={}'])
+def test_the_program_writes_them(tmp_path, capsys, argument):
     """--schema DIR writes one file each and checks nothing."""
-    assert main([f'--schema={tmp_path}']) == 0
+    assert main([argument.format(tmp_path)]) == 0
     assert {file.name for file in tmp_path.iterdir()} == set(SCHEMAS)
     for file in tmp_path.iterdir():
         assert json.loads(file.read_text())['$schema'].startswith('https://json-schema.org/')
