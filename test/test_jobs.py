@@ -55,6 +55,8 @@ def test_{name}(attempts, number):
     assert attempts == {good}, 'came late'
 """
 NODES = 'nodes/test_it.py'
+#: Enough for the tests of one file.
+ONE_WORKER = ('--workers', '1')
 
 
 @pytest.fixture
@@ -82,7 +84,7 @@ def starved(name='starved', count=1, good=2):
 
 def test_failures_under_pressure_run_again_once(make_test):
     """They are told with their reasons and the pressure; the run is green where they pass then."""
-    status, text = make_test({NODES: starved(count=3)}, '--job', 'real-time')
+    status, text = make_test({NODES: starved(count=3)}, '--job', 'real-time', *ONE_WORKER)
     assert status == 0, text
     assert re.search(r'90% waited, +0% kept; then passed: nodes/test_it.py::test_starved\[2\]\n'
                      r' +AssertionError: came late', text), text
@@ -92,7 +94,8 @@ def test_failures_under_pressure_run_again_once(make_test):
 @pytest.mark.parametrize(('count', 'arguments'), [(1, ['--no-reruns']), (4, [])])
 def test_nothing_runs_again(make_test, count, arguments):
     """Told so, and beyond three: the run has failed."""
-    status, text = make_test({NODES: starved(count=count)}, '--job', 'real-time', *arguments)
+    status, text = make_test(
+        {NODES: starved(count=count)}, '--job', 'real-time', *ONE_WORKER, *arguments)
     assert status == 1, text
     assert f'then not run again: {NODES}::test_starved[0]' in text
     assert re.search(rf'\n{count} tests in .*: {count} failed, 0 run again\n', text), text
@@ -109,7 +112,7 @@ def test_each_job_has_its_tests_and_other_failures_stay(make_test):
         + '@pytest.mark.skip(reason="no key")\ndef test_core(): pass',
         NODES: starved() + starved('starved_twice', good=3) + starved('slow'),
         'nodes/test_two.py': 'import pytest\n@pytest.mark.alone\ndef test_alone(): pass',
-    }, '-v')
+    }, '-v', *ONE_WORKER)
     assert status == 1, text
     jobs = re.split('\n== (.*) tests\n|\n== failed under pressure', text)[1:]
     for name, output, tests in zip(jobs[::2], jobs[1::2], (
@@ -130,7 +133,7 @@ import ctypes
 def test_before(): pass
 def test_starved(): ctypes.PyDLL(None).sleep(600)
 def test_after(): pass
-"""}, '--job', 'real-time')
+"""}, '--job', 'real-time', *ONE_WORKER)
     assert status == 1
     assert f"crashed while running '{NODES}::test_starved'" in text
     assert re.search(r'\n3 tests in .*: 1 failed, 0 run again\n', text), text

@@ -14,7 +14,16 @@ import coal
 import numpy as np
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
+from armsim_ros.model.geometry import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Geometry,
+    Mesh,
+    Sphere,
+    used_vertices,
+)
 
 #: Half the thickness [m] that the bounding box of a flat mesh gets: Pinocchio's managers take a
 #: shape whose box has no volume for nothing.
@@ -90,7 +99,7 @@ def _triangles(content: _MeshContent) -> Any:
 @lru_cache(KEPT_MESHES)
 def _hull(content: _MeshContent) -> Any:
     mesh = content.mesh
-    used = np.asarray(mesh.vertices, dtype=np.float64)[np.unique(mesh.triangles)]
+    used = used_vertices(mesh)
     centred = used - used.mean(axis=0)
     extent = np.linalg.svd(centred, compute_uv=False)
     if len(used) < 4 or extent[2] < 1e-6 * max(float(extent[0]), 1e-9):

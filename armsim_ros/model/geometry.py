@@ -151,6 +151,14 @@ def scaled(geometry: Geometry, scale: float) -> Geometry:
     return geometry
 
 
+def used_vertices(mesh: Mesh) -> Matrix:
+    """Return the vertices (k, 3) [m] of a mesh that belong to triangles, in their order."""
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[mesh.triangles] = True
+    vertices: Matrix = np.asarray(mesh.vertices, np.float64)[used]
+    return vertices
+
+
 def corner_points(geometry: Geometry, pose: Matrix) -> Matrix:
     """
     Return points (k, 3) [m] whose convex hull holds a shape.
@@ -160,7 +168,7 @@ def corner_points(geometry: Geometry, pose: Matrix) -> Matrix:
     :param pose: (4, 4) of the shape in the frame of the points.
     """
     if isinstance(geometry, Mesh):
-        points = np.asarray(geometry.vertices, np.float64)[np.unique(geometry.triangles)]
+        points = used_vertices(geometry)
     elif isinstance(geometry, Plane):
         return np.empty((0, 3))
     else:

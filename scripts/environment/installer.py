@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 import os
 from pathlib import Path
 import re
@@ -61,6 +62,10 @@ _SWITCHES = {'no-index'}
 _VARIABLES = {'cert': 'SSL_CERT_FILE', 'client-cert': 'SSL_CLIENT_CERT',
               'proxy': 'ALL_PROXY', 'timeout': 'UV_HTTP_TIMEOUT'}
 
+#: Of the path of a module: folders of tests in its package.
+_OWN_TESTS = r'/site-packages/.+/tests?/'
+_CPUS = len(os.sched_getaffinity(0))
+
 
 class Installer:
     """
@@ -70,13 +75,14 @@ class Installer:
     """
 
     def __init__(self, venv: Path) -> None:
+        self._venv = venv
         self._python = venv / 'bin' / 'python'
         self._uv = venv / 'bin' / 'uv'
         self._log = venv / 'pip.log'
 
     def pip(self, task: str, words: Sequence[str | Path]) -> None:
         """
-        Let pip install.
+        Let pip install, without byte code.
 
         :param task: what is to be done, as the end of "cannot ...".
         :param words: options and requirements.
@@ -84,41 +90,60 @@ class Installer:
         """
         with open(self._log, 'a+', encoding='utf-8', errors='replace') as stream:
             start = stream.seek(0, os.SEEK_END)
-            status = subprocess.run([self._python, '-m', 'pip', 'install', *words],
+            status = subprocess.run([self._python, '-m', 'pip', 'install', '--no-compile', *words],
                                     stdin=subprocess.DEVNULL, stdout=stream,
                                     stderr=subprocess.STDOUT, env=clean_environment()).returncode
             stream.seek(start)
             if status != 0:
                 raise pip_failure(task, stream.read(), self._log)
 
-    def quick(self, task: str, requirements: Sequence[str]) -> None:
+    def quick(self, task: str, words: Sequence[str | Path]) -> None:
         """
         Let uv install from where pip's configuration says; what it cannot do, pip does.
 
         :param task: what is to be done, as the end of "cannot ...".
-        :param requirements: of packages.
+        :param words: requirements, and options that uv and pip share.
         :raises SetupError: where pip fails too, with pip's reason.
         """
         try:
             if not self._uv.exists():
                 self.pip('install uv', ['--only-binary', ':all:', _UV])
-            if self._run_uv(requirements):
+            if self._run_uv(words):
                 return
         except SetupError:
             pass  # There is no uv for this platform or in this index.
-        self.pip(task, requirements)
+        self.pip(task, words)
 
-    def _run_uv(self, requirements: Sequence[str]) -> bool:
-        listed = subprocess.run([self._python, '-m', 'pip', 'config', 'list'], text=True,
-                                stdout=subprocess.PIPE, env=clean_environment()).stdout
-        options, variables = uv_options(listed)
+    def compile(self) -> None:
+        """
+        Make the byte code of all that is installed, except the packages' own tests.
+
+        What Python says of a package's code then is not for the user, nor does the first program
+        pay for it. Files that are not for this Python stay without.
+        """
+        for folder in self._venv.glob('lib/python*/site-packages'):
+            packages = sorted(path for path in folder.iterdir() if path.suffix != '.dist-info')
+            workers = [subprocess.Popen(
+                [self._python, '-m', 'compileall', '-qq', '-x', _OWN_TESTS,
+                 *packages[part::_CPUS]],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                env=clean_environment()) for part in range(min(_CPUS, len(packages)))]
+            for worker in workers:
+                worker.wait()
+
+    def _run_uv(self, words: Sequence[str | Path]) -> bool:
+        options, variables = self._uv_settings
         with open(self._log, 'a', encoding='utf-8', errors='replace') as stream:
-            # Compiled as by pip: what Python says of a package's code then is not for the user.
             return subprocess.run(
-                [self._uv, 'pip', 'install', '--compile-bytecode', '--python', self._python,
-                 *options, *requirements],
+                [self._uv, 'pip', 'install', '--python', self._python, *options, *words],
                 stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT,
                 env={**clean_environment(), **variables}).returncode == 0
+
+    @cached_property
+    def _uv_settings(self) -> tuple[list[str], dict[str, str]]:
+        return uv_options(subprocess.run(
+            [self._python, '-m', 'pip', 'config', 'list'], text=True, stdout=subprocess.PIPE,
+            env=clean_environment()).stdout)
 
 
 def uv_options(listed: str) -> tuple[list[str], dict[str, str]]:

@@ -36,6 +36,9 @@ _ROS2_COMMAND = 'ros2'
 _HELPERS = 'helpers'
 #: The name moveit; an installed MoveIt comes before it.
 _MOVEIT = 'distributions/moveit'
+#: The stage of the byte code, which is of all that was installed.
+_COMPILED = 'compiled'
+Install = Callable[[str, Sequence[str | Path]], None]
 
 
 class EnvironmentBuilder:
@@ -94,12 +97,18 @@ class EnvironmentBuilder:
                 self._install(extra, requirements(self._root, extra), install)
             if needs_wheel:
                 file = wheel.existing() or wheel.finish(log)
-                self._installer.pip('install the ROS interface packages', [
-                    '--force-reinstall', '--no-deps', str(file)])
+                install('install the ROS interface packages', [
+                    '--force-reinstall', '--no-deps', file])
                 self._note('interfaces', wheel.key)
         finally:
             wheel.clean_up()
-        self._install_sources([_ROS2_COMMAND, _MOVEIT, *(() if ros is not None else (_HELPERS,))])
+        self._install_sources(
+            [_ROS2_COMMAND, _MOVEIT, *(() if ros is not None else (_HELPERS,))], install)
+        installed = _key(
+            f'{stage} {key}' for stage, key in self._done.items() if stage != _COMPILED)
+        if self._done.get(_COMPILED) != installed:
+            self._installer.compile()
+            self._note(_COMPILED, installed)
 
     def _recorded_interpreter(self) -> Interpreter | None:
         text = self._done.get('interpreter')
@@ -137,8 +146,7 @@ class EnvironmentBuilder:
         raise SetupError(f'{self._venv} holds {kind} and is left as it is; '
                          'remove it, or choose another folder with VENV=DIR (--venv DIR)')
 
-    def _install(self, stage: str, wanted: Iterable[str],
-                 install: Callable[[str, Sequence[str]], None]) -> None:
+    def _install(self, stage: str, wanted: Iterable[str], install: Install) -> None:
         lines = sorted(wanted)
         if self._done.get(stage) == _key(lines):
             return
@@ -147,7 +155,7 @@ class EnvironmentBuilder:
         install(f'install {stage}', lines)
         self._note(stage, _key(lines))
 
-    def _install_sources(self, others: Sequence[str]) -> None:
+    def _install_sources(self, others: Sequence[str], install: Install) -> None:
         """
         Install the package and what belongs to it, from a copy that the build may litter.
 
@@ -160,9 +168,9 @@ class EnvironmentBuilder:
         with tempfile.TemporaryDirectory(prefix='armsim_ros-') as name:
             copy = Path(name)
             copy_files(self._root, [*PACKAGE_SOURCES, *others], copy)
-            self._installer.pip('install armsim_ros', [
-                '--no-deps', '--no-build-isolation', '--no-index', str(copy),
-                *(str(copy / folder) for folder in others)])
+            install('install armsim_ros', [
+                '--no-deps', '--no-build-isolation', '--no-index', '--no-cache-dir', copy,
+                *(copy / folder for folder in others)])
         self._note('sources', key)
 
     def _note(self, stage: str, key: str) -> None:

@@ -132,6 +132,21 @@ def test_what_uv_does_not_do_pip_explains(tmp_path, monkeypatch):
             Installer(tmp_path).quick('install it', ['no-such-package>=7'])
 
 
+def test_byte_code_is_made_of_packages_without_their_tests(tmp_path):
+    """Code of another Python stops nothing; tests in the path of the environment hide nothing."""
+    venv = tmp_path / 'tests' / 'venv'
+    site = venv / 'lib' / 'python3' / 'site-packages'
+    for name, text in (('alone.py', ''), ('package/module.py', ''), ('package/old.py', 'print 1'),
+                       ('package/tests/test_it.py', '')):
+        file = site / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    (venv / 'bin').mkdir()
+    (venv / 'bin/python').symlink_to(sys.executable)
+    Installer(venv).compile()
+    assert {path.name.partition('.')[0] for path in site.rglob('*.pyc')} == {'alone', 'module'}
+
+
 def test_a_place_that_cannot_be_written_is_one_message(tmp_path, capsys, monkeypatch):
     """A read-only folder shows no traceback."""
     (tmp_path / 'file').touch()

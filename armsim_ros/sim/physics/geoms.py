@@ -137,11 +137,10 @@ class BodyContact:
 
 def contacts(model: Any, data: Any) -> tuple[BodyContact, ...]:
     """Return the contacts of the last step, the deepest first."""
-    found = []
-    for contact in data.contact[: data.ncon]:
-        owners = (int(model.geom_bodyid[geom]) for geom in contact.geom)
-        first, second = (model.body(owner).name for owner in owners)
-        found.append(BodyContact((first, second), -float(contact.dist)))
+    bodies, depths = touching(model, data)
+    found = [
+        BodyContact((model.body(first).name, model.body(second).name), depth)
+        for (first, second), depth in zip(bodies.tolist(), depths.tolist(), strict=True)]
     return tuple(sorted(found, key=lambda contact: -contact.depth))
 
 
