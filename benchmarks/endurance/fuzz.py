@@ -106,19 +106,19 @@ class Fuzz:
     def run(self, count: int) -> None:
         """Send so many messages, more of them where more than parameters are asked for."""
         found = self._found()
-        latched = QoSProfile(depth=100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        weights = [1 if one.kind.__module__.startswith('rcl_interfaces') else 4 for one in found]
+        numbers: list[int] = []
+        share = 0.0
+        for weight in weights:
+            share += count * weight / sum(weights)
+            numbers.append(max(1, round(share) - sum(numbers)))
         self._publishers = {  # whoever listens matches them
-            one.name: self._client.node.create_publisher(one.kind, one.name, latched)
-            for one in found if not one.is_service
+            one.name: self._client.node.create_publisher(one.kind, one.name, latched(number))
+            for one, number in zip(found, numbers, strict=True) if not one.is_service
         }
         self._kinds = {one.name: one.kind for one in found if one.is_service}
         self._client.connect(self._kinds)
-        weights = [1 if one.kind.__module__.startswith('rcl_interfaces') else 4 for one in found]
-        sent, share = 0, 0.0
-        for endpoint, weight in zip(found, weights, strict=True):
-            share += count * weight / sum(weights)
-            number = max(1, round(share) - sent)
-            sent += number
+        for endpoint, number in zip(found, numbers, strict=True):
             self._hammer(endpoint, number)
         self.sent['endpoints'] = len(found)
 
@@ -276,6 +276,16 @@ class Fuzz:
         for parameter, result in zip(changed, answer.results, strict=True):
             if not result.successful:
                 self.faults[f'{node}: {parameter.name} does not come back: {result.reason}'] += 1
+
+
+def latched(number: int) -> QoSProfile:
+    """
+    Return a profile that keeps so many messages for who listens.
+
+    Fast DDS asks the readers for acknowledgements with the message that fills the history, and
+    else up to three seconds later.
+    """
+    return QoSProfile(depth=number, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def tame(part: Any) -> Any:

@@ -6,11 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import math
+from typing import TYPE_CHECKING
 
 from armsim_ros.clients.client_node import ClientNode, JointStates
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.robot_model import JointLimits
-from armsim_ros.tasks.hand import HandModel
+
+if TYPE_CHECKING:  # with it comes the physics
+    from armsim_ros.tasks.hand import HandModel
 
 #: The arm follows once every joint is this near to the leader's [rad or m].
 NEAR = 0.1

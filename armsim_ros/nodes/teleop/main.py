@@ -13,7 +13,6 @@ from armsim_ros.cli.arguments import UsageError
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.clients.simulated_time import PAUSED, SimulatedTime
-from armsim_ros.clients.streamed_arm import StreamedArm
 from armsim_ros.errors import ArmsimError, extras_hint, ResourceError
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.teleop.commands import (
@@ -94,6 +93,9 @@ def _stream(
 
 def _lead(options: argparse.Namespace, topic: str, ending: Ending) -> int:
     """Have a forward controller follow the leader's joints."""
+    # With it come the physics and Gymnasium, which keyboard and gamepad do not need.
+    from armsim_ros.clients.streamed_arm import StreamedArm
+
     cell = load_cell(options.robot)
     with terminal(ending, needs_keys=False) as screen, \
             ClientNode(name='armsim_teleop') as client, \

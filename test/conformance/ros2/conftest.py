@@ -21,6 +21,8 @@ from armsim_ros2.main import run
 
 READY = 'You can start planning now!'
 START_TIMEOUT = 60.0
+#: Half the usual rate of /clock: the robot runs while the tests wait for discovery.
+CALMER = 'overrides:={simulation.clock_rate: 50}'
 SOURCES = Path(__file__).parents[3] / 'ros2'
 
 
@@ -52,7 +54,7 @@ def running_robot() -> Iterator[int]:
     with private_domain() as domain, ExitStack() as stack:
         with pytest.MonkeyPatch.context() as patch:
             patch.delenv(FASTDDS_PROFILES[0])
-            program = stack.enter_context(start_program('bringup', domain))
+            program = stack.enter_context(start_program('bringup', domain, CALMER))
         program.wait_for_line(READY, START_TIMEOUT)
         yield domain
 

@@ -20,7 +20,7 @@ from armsim_ros.testing.program import private_domain, start_program
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from streaming_bench import FORWARD_CONTROLLERS, SENSORS, Streamed
+from streaming_bench import FORWARD_CONTROLLERS, SIMULATION, Streamed
 
 START_TIMEOUT = 90.0
 
@@ -37,7 +37,7 @@ def running(folder: Path) -> Iterator[Streamed]:
     (folder / 'servo.yaml').unlink()  # the statements are about servo's defaults
     (folder / 'forward_controllers.yaml').write_text(FORWARD_CONTROLLERS, encoding='utf-8')
     with (folder / 'simulation.yaml').open('a', encoding='utf-8') as file:
-        file.write(SENSORS)
+        file.write(SIMULATION)
     with private_domain() as domain:
         program = start_program(
             'bringup', domain, 'robot:=sunday', f'config:={folder}', 'servo:=true',
@@ -70,3 +70,17 @@ def arm(stack: Streamed) -> Streamed:
     """Give the stack with the trajectory controller active and the arm at its place."""
     stack.begin()
     return stack
+
+
+@pytest.fixture
+def references(arm: Streamed) -> Iterator[None]:
+    """Record the references of the trajectory controller."""
+    with arm.references():
+        yield
+
+
+@pytest.fixture(scope='module')
+def statuses(stack: Streamed) -> Iterator[None]:
+    """Record what servo reports."""
+    with stack.statuses():
+        yield

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 import threading
 import time
@@ -101,7 +101,8 @@ sunday:
   speed:
     type: ur_controllers/SpeedScalingStateBroadcaster
 """
-SENSORS = """
+SIMULATION = """
+spawn: [joint_state_controller, arm_joint_controller]
 sensors:
   wrist: {type: force_torque, link: link_6}
   accelerometer: {type: imu, link: link_3}
@@ -137,13 +138,6 @@ class Streamed:
         self.measured: Record = Record([], [])
         self.status: Record = Record([], [])
         node.create_subscription(JointState, f'{NAMESPACE}/joint_states', self._joints, 10)
-        node.create_subscription(
-            JointTrajectoryControllerState, f'{NAMESPACE}/{ARM}/controller_state', self._state,
-            QoSProfile(depth=50),
-        )
-        node.create_subscription(
-            ServoStatus, '/servo_node/status', self._status, QoSProfile(depth=50)
-        )
         self.trajectory = node.create_publisher(
             JointTrajectory, f'{NAMESPACE}/{ARM}/joint_trajectory', 10
         )
@@ -157,6 +151,27 @@ class Streamed:
         self.active = ARM
 
     # ---------------------------------------------------------------- what comes in
+
+    def references(self) -> AbstractContextManager[None]:
+        """Record the references of the trajectory controller, which is active."""
+        return self._recorded(
+            JointTrajectoryControllerState, f'{NAMESPACE}/{ARM}/controller_state', self._state,
+            self.reference)
+
+    def statuses(self) -> AbstractContextManager[None]:
+        """Record what servo reports."""
+        return self._recorded(ServoStatus, '/servo_node/status', self._status, self.status)
+
+    @contextmanager
+    def _recorded(self, kind: Any, topic: str, receive: Callable[..., None],
+                  record: Record) -> Iterator[None]:
+        """Record a topic from its first message on: a hundred a second cost who takes them."""
+        self.forget()
+        node = self.client.node
+        subscription = node.create_subscription(kind, topic, receive, QoSProfile(depth=50))
+        self.until(lambda: record.stamps, f'messages of {topic} come')
+        yield
+        self.client.in_executor(lambda: node.destroy_subscription(subscription))
 
     def _joints(self, message: JointState) -> None:
         known = dict(zip(message.name, message.position, strict=True))

@@ -19,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from armsim_ros.clients.action_client import PatientActionClient
 
+pytestmark = pytest.mark.usefixtures('statuses')
 statement = pytest.mark.statement
 
 NAN, INF = float('nan'), float('inf')

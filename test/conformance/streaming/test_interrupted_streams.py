@@ -17,6 +17,7 @@ from streaming_bench import Streamed
 
 from armsim_ros.testing.program import Program, ros_environment
 
+pytestmark = pytest.mark.usefixtures('statuses')
 statement = pytest.mark.statement
 
 JOG, TWIST = 0, 1
@@ -53,6 +54,7 @@ def paused(arm: Streamed) -> Iterator[None]:
 
 
 @pytest.mark.alone  # a command that comes late is followed in less time, as upstream
+@pytest.mark.usefixtures('references')
 @statement('SRV-12')
 def test_a_joystick_that_dies(arm: Streamed) -> None:
     """An arm whose joystick is killed on the way comes to rest, and the status says why."""
@@ -72,6 +74,7 @@ def test_a_joystick_that_dies(arm: Streamed) -> None:
 
 
 @pytest.mark.alone  # a command that comes late is followed in less time, as upstream
+@pytest.mark.usefixtures('references')
 @statement('SRV-12', 'SRV-21')
 def test_time_that_stands_still(arm: Streamed) -> None:
     """After a pause of the simulation a jog goes on from where the arm is, with no step."""

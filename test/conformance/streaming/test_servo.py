@@ -19,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from armsim_ros.clients.controller_manager import ParameterClient
 
+pytestmark = pytest.mark.usefixtures('statuses')
 statement = pytest.mark.statement
 
 JOG, TWIST, POSE = 0, 1, 2
@@ -74,6 +75,7 @@ def test_unknown_type(arm: Streamed) -> None:
 
 
 @pytest.mark.alone  # a command that comes late is followed in less time, as upstream
+@pytest.mark.usefixtures('references')
 @statement('SRV-7', 'SRV-12', 'NUM-3')
 def test_twist_and_silence(arm: Streamed) -> None:
     """A twist moves the arm; silence brings it to rest, without a step of the reference."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from streaming_bench import ARM, Streamed
 
+pytestmark = pytest.mark.usefixtures('statuses')
 statement = pytest.mark.statement
 
 TWIST = 1
@@ -17,6 +18,7 @@ FASTEST = 1.5
 
 
 @pytest.mark.alone  # a command that comes late is followed in less time, as upstream
+@pytest.mark.usefixtures('references')
 @statement('SRV-13')
 def test_two_clients_at_once(arm: Streamed) -> None:
     """Commands that contradict each other make no step; who goes on alone has the arm."""
@@ -41,6 +43,7 @@ def test_two_clients_at_once(arm: Streamed) -> None:
 
 
 @pytest.mark.alone  # a command that comes late is followed in less time, as upstream
+@pytest.mark.usefixtures('references')
 @statement('SRV-21', 'FWD-9')
 def test_another_controller_takes_over_while_jogging(arm: Streamed) -> None:
     """The arm stops, commands are refused in words, and after the way back the next ones work."""

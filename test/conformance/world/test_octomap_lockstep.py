@@ -39,7 +39,7 @@ OCTOMAP = 32
 #: What the map leaves open about the border of what was seen [m].
 HALF_CELL = 0.0125
 UNKNOWN = ('camera:=true', 'octomap:=true', 'scene_from_world:=false', 'mode:=lockstep', 'seed:=0')
-SMALL = {'width': 320, 'height': 240, 'rate': 5}
+SMALL = {'width': 160, 'height': 120, 'rate': 5}
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Panda:
         self.node = Node('fake_panda', context=self.context)
         group = ReentrantCallbackGroup()
         self.publisher = self.node.create_publisher(JointState, '/joint_states', 10)
-        self.node.create_timer(0.01, self.publish, callback_group=group)
+        self.node.create_timer(0.02, self.publish, callback_group=group)
         self.server = ActionServer(
             self.node, FollowJointTrajectory, f'/{CONTROLLER}/follow_joint_trajectory',
             self.execute, callback_group=group,
