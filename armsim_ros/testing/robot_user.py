@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import closing, contextmanager, nullcontext
 import re
 from typing import Any
 
 from sensor_msgs.msg import JointState
 
-from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode, Collector
 from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.clients.move_group import MoveGroupClient
 from armsim_ros.clients.trajectory import Outcome, trajectory_message, TrajectoryClient
@@ -32,12 +32,11 @@ class RobotUser:
     def __init__(self, client: ClientNode, program: Program, namespace: str) -> None:
         self.client, self.program, self.namespace = client, program, namespace
         self.move_group = MoveGroupClient(client)
-        self._joint_states = client.collect(f'{namespace}/joint_states', JointState, 1)
 
     def positions(self) -> dict[str, float]:
         """Return the joint positions of a message that comes from now on [rad or m]."""
-        self._joint_states.clear()
-        message = self._joint_states.wait(1)[-1]
+        with self._joint_states() as states:
+            message = states.wait(1)[-1]
         return dict(zip(message.name, message.position, strict=True))
 
     def distance(self, target: Mapping[str, float]) -> float:
@@ -59,15 +58,18 @@ class RobotUser:
 
     def wait_until_still(self) -> None:
         """Wait for a message in which no joint moves."""
-        self._joint_states.clear()
-        self._joint_states.wait_for(
-            lambda message: max(map(abs, message.velocity), default=0.0) < 0.001)
+        with self._joint_states() as states:
+            states.wait_for(lambda message: max(map(abs, message.velocity), default=0.0) < 0.001)
 
     def send(self, controller: str, joints: Sequence[str],
              points: Sequence[tuple[float, Sequence[float]]], **tolerances: Any) -> Outcome:
         """Send a trajectory to a controller and return how it ended."""
         arm = TrajectoryClient(self.client, f'{self.namespace}/{controller}')
         return arm.send(trajectory_message(joints, points), **tolerances).result()
+
+    def _joint_states(self) -> closing[Collector]:
+        """Subscribe for the time of the context: many a robot publishes a thousand a second."""
+        return closing(self.client.collect(f'{self.namespace}/joint_states', JointState, 1))
 
 
 @contextmanager

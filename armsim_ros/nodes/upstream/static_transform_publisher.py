@@ -11,7 +11,7 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from tf2_msgs.msg import TFMessage
@@ -21,6 +21,7 @@ from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.robot_program import StopSignals
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
           '--qx X --qy Y --qz Z --qw W] --frame-id PARENT --child-frame-id CHILD, or '
@@ -130,11 +131,11 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     try:
         node = Node(name, **options)
         kept = make(node)
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        signals.on_stop = rclpy.try_shutdown
-        if not signals.stop_requested:
-            executor.spin()
+        with WaitSetExecutor() as executor:
+            executor.add_node(node)
+            signals.on_stop = rclpy.try_shutdown
+            if not signals.stop_requested:
+                executor.spin()
         del kept
     except ExternalShutdownException:
         pass

@@ -20,13 +20,16 @@ from armsim_ros.testing.program import start_program
 
 #: For what comes after a while [s].
 PATIENCE = 15.0
+#: For the farewell of a bridge, which does not reach a client that reads nothing [s].
+FAREWELL = 1.0
 
 
 class Talker:
     """A client that sends objects and waits for those that it expects."""
 
     def __init__(self, url, **options):
-        self.connection = connect(url, max_size=None, compression=None, **options)
+        self.connection = connect(
+            url, max_size=None, compression=None, close_timeout=FAREWELL, **options)
         self.received = []
 
     def send(self, op=None, **fields):

@@ -40,7 +40,6 @@ def runs(pid):
     return Path(f'/proc/{pid}').exists()
 
 
-@pytest.mark.alone
 def test_a_stack_comes_up_alone_in_its_domain_and_goes_down_without_a_trace(domain):
     """A second stack is refused meanwhile; Ctrl-C leaves no process after 2 s, status 0."""
     with start_program('bringup', domain) as first:
@@ -81,7 +80,6 @@ def assert_nobody_else_spoke(program):
     assert not others, program.text
 
 
-@pytest.mark.alone
 def test_an_interrupt_while_everything_is_being_imported_shows_no_traceback(domain):
     """Ctrl-C right after the start is a good end too, within 2 s."""
     with start_program('bringup', domain) as program:

@@ -8,6 +8,10 @@ import sys
 
 import pytest
 
+from armsim_ros.cli.arguments import parse_arguments
+from armsim_ros.cli.settings import cell_of
+from armsim_ros.errors import ArmsimError
+
 MOST_LINES = 5
 NO_URDF = 'has no URDF that its files name; name it: urdf:=FILE'
 
@@ -54,7 +58,23 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize('case', BROKEN)
+#: Those that are shown with the programs; what these print of an error is the same for all.
+WITH_PROGRAMS = ('no description package', "another robot's SRDF")
+
+
+@pytest.mark.parametrize('case', [case for case in BROKEN if case not in WITH_PROGRAMS])
+def test_the_message_of_a_package_that_cannot_run_is_one_line(small_package, case):
+    """Simulation and move_group, which read the package alike, print what is missing and where."""
+    breaks, sentences = BROKEN[case]
+    breaks(small_package)
+    with pytest.raises(ArmsimError) as refused:
+        cell_of(parse_arguments([f'robot:={small_package.folder}'], xacro=True))
+    (line,) = str(refused.value).splitlines()
+    for sentence in sentences:
+        assert sentence in line
+
+
+@pytest.mark.parametrize('case', WITH_PROGRAMS)
 def test_a_package_that_cannot_run_is_answered_in_a_few_lines(small_package, case):
     """The status is 2, and at most five lines say what is missing, where, and what to do."""
     breaks, sentences = BROKEN[case]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How often joint states of an arm at rest come, by who reads them."""
 
+from collections import deque
 from itertools import pairwise
 
 from sensor_msgs.msg import JointState
@@ -13,11 +14,25 @@ from armsim_ros.testing.program import private_domain, start_program
 TOPIC = '/joint_states'
 
 
-def steps(client: ClientNode, count: int) -> set[int]:
-    """Return the times between the stamps of the last 50 of so many messages [ns]."""
-    messages = client.collect(TOPIC, JointState, count).wait(count)[-50:]
-    stamps = [ns_from_time(message.header.stamp) for message in messages]
-    return {later - earlier for earlier, later in pairwise(stamps)}
+class Steps:
+    """
+    The times between the stamps of the last messages.
+
+    :param count: of the messages.
+    """
+
+    def __init__(self, client: ClientNode, count: int) -> None:
+        self._states = client.collect(TOPIC, JointState, count)
+        self._stamps: deque[int] = deque(maxlen=count)
+
+    def wait_until_all_are(self, step: int) -> None:
+        """Wait until each of the times is this [ns]."""
+        def are(message: JointState) -> bool:
+            self._stamps.append(ns_from_time(message.header.stamp))
+            return len(self._stamps) == self._stamps.maxlen and {
+                later - earlier for earlier, later in pairwise(self._stamps)} == {step}
+
+        self._states.wait_for(are)
 
 
 def test_a_client_gets_all_and_move_group_what_it_reads() -> None:
@@ -28,6 +43,6 @@ def test_a_client_gets_all_and_move_group_what_it_reads() -> None:
         ClientNode(domain, 'move_group') as calm,
     ):
         # The graph may know the name of a subscriber only when it is searched again, after 1 s.
-        assert steps(calm, 1200) == {10_000_000}
+        Steps(calm, 50).wait_until_all_are(10_000_000)
         with ClientNode(domain, 'recorder') as client:
-            assert steps(client, 200) == {2_000_000}
+            Steps(client, 50).wait_until_all_are(2_000_000)

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Users' programs that import the helpers and not armsim_ros, beside a running stack."""
+"""Users' programs that import the helpers and not armsim_ros, beside an arm with a camera."""
 
 from pathlib import Path
 import subprocess
@@ -13,9 +13,9 @@ from armsim_ros.testing.program import private_domain, ros_environment
 from armsim_ros.testing.robot_user import running_robot
 
 PROGRAMS = Path(__file__).parent / 'programs'
+EXAMPLE = Path(__file__).parents[3] / 'examples' / 'grasp.py'
 #: A program waits for pictures that are drawn at the lowest priority [s].
 PATIENCE = 150
-pytestmark = pytest.mark.alone
 
 
 @pytest.fixture(scope='module')
@@ -73,3 +73,14 @@ def test_points_of_a_depth_image(robot, numbers):
     mine, given, difference = numbers('depth_to_points')
     assert mine == given > 1000
     assert difference < 1e-4
+
+
+def test_the_cube_is_found_and_put_where_it_belongs(robot, domain):
+    """The example works: camera, planner that sees the world, and suction cup together."""
+    pytest.importorskip('pymoveit2', reason='pymoveit2 is not installed')
+    robot.program.wait_for_line('cameras: camera; drawn by', PATIENCE)
+    done = subprocess.run(
+        [sys.executable, EXAMPLE], env=ros_environment(domain), capture_output=True, text=True,
+        timeout=2 * PATIENCE)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert '1 of 1 runs put the cube at its target' in done.stdout

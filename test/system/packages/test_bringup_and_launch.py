@@ -56,6 +56,8 @@ def seen(small_package, monkeypatch):
     """Return a function that starts a program, and returns what a client sees of the robot."""
     small_package.write('launch/robot.launch.py', dedent(LAUNCH))
     small_package.write('config/joint_limits.yaml', LIMITS)
+    small_package.write(
+        'config/ros2_controllers.yaml', small_package.ROS2.replace('rate: 500', 'rate: 100'))
     monkeypatch.chdir(small_package.src)
 
     def picture(*words, ready):

@@ -82,6 +82,8 @@ def launched(small_package, monkeypatch):
     """Return a function that launches a file of the package, and the user of what runs."""
     for name, text in (('control', CONTROL), ('planning', PLANNING), ('servo', SERVO)):
         small_package.write(f'launch/{name}.launch.py', dedent(text))
+    small_package.write(
+        'config/ros2_controllers.yaml', small_package.ROS2.replace('rate: 500', 'rate: 100'))
     monkeypatch.chdir(small_package.src)
     with ExitStack() as stack:
         domain = stack.enter_context(private_domain())
