@@ -14,6 +14,7 @@ test/nodes/bridge).
 import ast
 from functools import cache
 from pathlib import Path
+import re
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ('armsim_ros', 'benchmarks', 'examples', 'helpers', 'ros2', 'scripts')
@@ -53,6 +54,10 @@ KNOWN = {
 }
 
 
+#: A file without this has no private name.
+PRIVATE = re.compile(r'\b_[^\W_]')
+
+
 def private(name):
     """Return whether a name is private by Python's convention."""
     return name.startswith('_') and not name.startswith('__') and name != '_'
@@ -64,7 +69,10 @@ def defined_and_used():
     defined, used = set(), {}
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob('*.py')
                        if 'build' not in path.parts):
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        text = path.read_text(encoding='utf-8')
+        if not PRIVATE.search(text):
+            continue
+        for node in ast.walk(ast.parse(text)):
             names = []
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
                 defined.add(node.name)

@@ -4,12 +4,15 @@
 
 import ast
 from pathlib import Path
+import re
 from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 #: What belongs to ROS by its name.
 ENDINGS = ('_msgs', '_srvs', '_interfaces')
 OTHERS = {'rclpy', 'ament_index_python', 'xacro'}
+#: A file without these has no import of them.
+NAMES = re.compile('|'.join([*ENDINGS, *OTHERS]))
 #: No release of Jazzy has them, so that rosdep has no keys for them.
 UNRELEASED = {'franka_msgs', 'industrial_msgs'}
 
@@ -23,7 +26,10 @@ def imported():
     """Return the ROS packages that any file of the package imports."""
     found = set()
     for file in (ROOT / 'armsim_ros').rglob('*.py'):
-        for node in ast.walk(ast.parse(file.read_text())):
+        text = file.read_text()
+        if not NAMES.search(text):
+            continue
+        for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Import):
                 found.update(alias.name.partition('.')[0] for alias in node.names)
             elif isinstance(node, ast.ImportFrom) and node.module:
