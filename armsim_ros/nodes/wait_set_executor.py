@@ -47,8 +47,11 @@ _WARNINGS = {
 
 def _is_warning(entity: Any) -> TypeGuard[EventHandler]:
     """Return whether an entity is an event whose callback only logs a warning."""
-    return isinstance(entity, EventHandler) and (
-        entity.event_type in _WARNINGS[type(entity.event_type)])
+    known = getattr(entity, '_only_warns', None)
+    if known is None:  # once: it is asked for in every turn, and types of events compare slowly
+        known = entity._only_warns = isinstance(entity, EventHandler) and (
+            entity.event_type in _WARNINGS[type(entity.event_type)])
+    return bool(known)
 
 
 def _never() -> bool:

@@ -13,7 +13,7 @@ import threading
 import time
 from typing import Any
 
-from faster import FASTER
+from faster import FASTER_BUT_CALM
 import pytest
 
 from armsim_ros.clients.action_client import PatientActionClient
@@ -29,7 +29,7 @@ def default_arm(config: pytest.Config) -> Iterator[int]:
     command = config.getoption('server_command', None)
     if command is not None and not command.endswith('armsim_ros bringup'):
         pytest.skip('needs the default arm')
-    words = f'{shlex.quote(sys.executable)} -m armsim_ros bringup {shlex.quote(FASTER)}'
+    words = f'{shlex.quote(sys.executable)} -m armsim_ros bringup {shlex.quote(FASTER_BUT_CALM)}'
     with (
         private_domain() as domain,
         Program(shlex.split(words), environment=ros_environment(domain)) as program,

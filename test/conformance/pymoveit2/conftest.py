@@ -24,17 +24,14 @@ from rclpy.signals import SignalHandlerOptions
 
 moveit2 = pytest.importorskip('pymoveit2.moveit2', reason='pymoveit2 is not installed')
 from arm_user import no_answer_lost, READY, until  # noqa: E402
-from faster import pace  # noqa: E402
+from faster import FASTER_BUT_CALM  # noqa: E402
 from pymoveit2 import MoveIt2, MoveIt2Gripper, RobotDescription  # noqa: E402
 
 from armsim_ros.clients.node import destroy_node  # noqa: E402
 from armsim_ros.testing.program import private_domain, Program, ros_environment  # noqa: E402
 
-#: Fifty joint states in a second of the wall's, as many as at the usual pace: the executor that
-#: users of pymoveit2 have takes milliseconds for each.
-PACE = pace(2.5, ', controllers.joint_state_controller.publish_rate: 20')
 GRIPPER_ARM = (f'{shlex.quote(sys.executable)} -m armsim_ros bringup robot:=ROBOT '
-               f'scene_from_world:=false {shlex.quote(PACE)}')
+               f'scene_from_world:=false {shlex.quote(FASTER_BUT_CALM)}')
 
 
 @dataclass
