@@ -16,7 +16,12 @@ from types import FrameType
 from typing import TextIO
 
 from armsim_ros.cli.arguments import format_help, split_ros_args
-from armsim_ros.cli.environment import add_own_prefix, announce_often, ensure_log_folder
+from armsim_ros.cli.environment import (
+    add_own_prefix,
+    announce_often,
+    ensure_log_folder,
+    leave_generator_out,
+)
 from armsim_ros.cli.programs import (
     FILE_PROGRAMS,
     LEARNING_PROGRAMS,
@@ -39,6 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the words after ``armsim``; those of this process where None.
     :returns: the exit status.
     """
+    if argv is None:
+        leave_generator_out()
     words = [*(sys.argv[1:] if argv is None else argv)]
     if not words or words[0] in ('-h', '--help'):
         _print(_overview())
@@ -65,6 +72,8 @@ def start_program(program: str, argv: Sequence[str] | None = None) -> int:
     :returns: the program's status; 2 after a user's error; 128 and the number of a signal that the
         program did not handle (0 for bringup), such as SIGPIPE after ``| head``.
     """
+    if argv is None:
+        leave_generator_out()
     words = [*(sys.argv[1:] if argv is None else argv)]
     if program in ROBOT_PROGRAMS and {'-h', '--help'} & set(split_ros_args(words)[0]):
         _print(format_help(program, PROGRAMS[program]))

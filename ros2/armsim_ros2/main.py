@@ -49,6 +49,9 @@ _PIPE_STATUS = 128 + signal.SIGPIPE
 
 def main() -> NoReturn:
     """Run ``ros2`` with the arguments of this process and end it."""
+    # The type support of messages would import the generator of their classes, and a parser.
+    sys.modules.setdefault(
+        'rosidl_generator_py.generate_py_impl', None)  # type: ignore[arg-type] # makes it fail
     status = _status(sys.argv[1:])
     sys.stderr.flush()
     # The node has left the graph; at a usual end Fast DDS waits 0.1 s

@@ -3,6 +3,8 @@
 """The small commands, beside a stack that is not ours."""
 
 import json
+import subprocess
+import sys
 
 from moveit_msgs.action import MoveGroup
 import pytest
@@ -89,6 +91,15 @@ def test_state_prints_joints_controllers_and_named_states(capsys):
     printed = capsys.readouterr().out
     assert 'turn' in printed
     assert "named states of 'arm': up" in printed
+
+
+@pytest.mark.parametrize('words', [['armsim_ros', 'state'], ['armsim_ros2', 'topic', 'list']])
+def test_a_command_loads_no_generator_of_messages(words):
+    """Nor the parser that it needs, which would be an eighth of the command's time."""
+    done = subprocess.run([sys.executable, '-X', 'importtime', '-m', *words], capture_output=True,
+                          text=True, timeout=60, check=True)
+    assert 'rosidl_generator_py.import_type_support_impl' in done.stderr  # or it would be in vain
+    assert 'lark' not in done.stderr
 
 
 def test_stop_asks_every_action(capsys):

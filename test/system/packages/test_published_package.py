@@ -40,7 +40,8 @@ def robot(small_package):
     urdf = small_package.folder / 'config/small.urdf.xacro'
     urdf.write_text(urdf.read_text().replace(
         '<xacro:include', '<xacro:arg name="bend" default="0"/><xacro:include', 1))
-    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + MORE)
+    slower = small_package.ROS2.replace('rate: 500', 'rate: 100')
+    small_package.write('config/ros2_controllers.yaml', slower + MORE)
     with running_robot(f'robot:={small_package.folder}', 'bend:=0.25') as user:
         yield user
 

@@ -1,6 +1,7 @@
 """Two of the same arm in one world: each in its namespace, one planner that knows both."""
 
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 from controller_manager_msgs.msg import ControllerState
 from diagnostic_msgs.msg import DiagnosticArray
@@ -106,8 +107,8 @@ def test_an_arm_that_gets_in_the_way_stops_a_motion(left, right):
     with ThreadPoolExecutor() as pool:
         motion = pool.submit(left.move_group.move, 'left_arm', of('left', LEANING),
                              max_velocity_scaling_factor=0.1)
-        states = left.client.collect('/left/joint_states', JointState)
-        states.wait_for(lambda message: min(message.position) < -0.1)
+        with closing(left.client.collect('/left/joint_states', JointState)) as states:
+            states.wait_for(lambda message: min(message.position) < -0.1)
         assert right.send('bot_joint_controller', joints('right'), [(1.0, [0.0] * 5)]
                           ).status == SUCCEEDED
         code = motion.result().error_code
@@ -152,7 +153,8 @@ def test_descriptions_of_the_whole_and_of_each(left):
 
 def test_one_tree_of_frames(left):
     """All frames hang on the world, each published once."""
-    moving = left.client.collect('/tf', TFMessage).wait(1)[-1].transforms
+    with closing(left.client.collect('/tf', TFMessage)) as messages:
+        moving = messages.wait(1)[-1].transforms
     fixed = left.client.latched('/tf_static', TFMessage).transforms
     children = [one.child_frame_id for one in (*moving, *fixed)]
     assert len(children) == len(set(children))
@@ -173,6 +175,6 @@ def test_joint_states_have_one_clock(left):
     """Both arms are stamped with the time of the one physics."""
     stamps = {}
     for side in SIDES:
-        message = left.client.collect(f'/{side}/joint_states', JointState).wait(1)[-1]
-        stamps[side] = message.header.stamp.sec
+        with closing(left.client.collect(f'/{side}/joint_states', JointState)) as states:
+            stamps[side] = states.wait(1)[-1].header.stamp.sec
     assert abs(stamps['left'] - stamps['right']) <= 1
