@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import pinocchio as pin
 
 from armsim_ros.arrays import Mask, Matrix, Vector
+from armsim_ros.planning.collision.boxes import ShapeBoxes
 from armsim_ros.planning.collision.contact_query import contact_request, PlaneDistance
 
 CollisionTest = Callable[[Vector], bool]
@@ -23,8 +24,6 @@ CollisionTest = Callable[[Vector], bool]
 PAIRS_OF_A_JOINT = 10
 #: Contacts that are requested of coal for a pair of shapes, to find the deepest.
 CONTACTS_OF_A_PAIR = 8
-#: Half the size [m] of the box around a plane, which has no end.
-_ENDLESS = 1e6
 _NOT_CONVEX = (coal.BVHModelBase, coal.OcTree, coal.Plane)
 
 
@@ -66,8 +65,7 @@ class BroadPhase:
         #: (pairs,) sums of the radii of the spheres around two shapes [m].
         self._radii = np.zeros(0)
         self._pair_table = np.zeros((0, 2), dtype=np.intp)
-        #: Boxes around the shapes along their joints' axes: centres and half sizes (g, 3).
-        self._boxes: tuple[Matrix, Matrix] | None = None
+        self._boxes: ShapeBoxes | None = None
         #: Requests of pairs; to read them is faster than to find them again.
         self._requests: dict[int, Any] = {}
         #: Numbers of a mesh and a plane -> their distance.
@@ -195,22 +193,11 @@ class BroadPhase:
         :param margins: (k, pairs) [m] distance that counts as near.
         """
         if self._boxes is None:
-            self._boxes = self._bound_by_boxes()
-        middles, halves = self._boxes
-        turned = rotations[:, self._joints]
-        # Last the states, so that the shapes of all pairs are taken row by row.
-        centres = np.einsum('kgab,gb->agk', turned, middles, order='C')
-        centres += origins[:, self._joints].T
-        reaches = np.einsum('kgab,gb->agk', np.abs(turned), halves, order='C')
+            self._boxes = ShapeBoxes(self._shapes, self._pair_table)
         first, second = self._pair_table.T
-        gaps = centres.take(first, axis=1)
-        gaps -= centres.take(second, axis=1)
-        np.abs(gaps, out=gaps)
-        gaps -= reaches.take(first, axis=1)
-        gaps -= reaches.take(second, axis=1)
-        near: Mask = (margins >= gaps.max(axis=0).T) & (
+        return self._boxes.near(
+            rotations, origins, margins,
             self._looked_at & (self._joints[first] != self._joints[second]))
-        return near
 
     def touching(
         self, states: Matrix, asked: Mask, margins: Matrix, poll: Callable[[], None], few: int,
@@ -323,16 +310,6 @@ class BroadPhase:
         self._radii = radii[self._pair_table].sum(axis=1)
         joints, places = np.unique(self._joints, return_inverse=True)
         return [int(joint) for joint in joints], places, centres
-
-    def _bound_by_boxes(self) -> tuple[Matrix, Matrix]:
-        """Put a box around each of g shapes; see :attr:`_boxes`."""
-        boxes = [shape.aabb_local for _, _, shape in self._shapes]
-        low, high = np.clip([[box.min_ for box in boxes], [box.max_ for box in boxes]],
-                            -_ENDLESS, _ENDLESS).reshape(2, -1, 3)
-        poses = np.array([pose for _, pose, _ in self._shapes]).reshape(-1, 4, 4)
-        rotations = poses[:, :3, :3]
-        centres = np.einsum('gab,gb->ga', rotations, 0.5 * (low + high)) + poses[:, :3, 3]
-        return centres, np.einsum('gab,gb->ga', np.abs(rotations), 0.5 * (high - low))
 
     def pose(self, number: int) -> Matrix:
         """Return a shape's pose (4, 4) in the model frame at the last query."""

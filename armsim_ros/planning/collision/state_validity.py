@@ -61,6 +61,9 @@ class StateValidity:
         self._base = model.apply_mimic(q)
         #: Where the group's variables are in a state; None where others follow them.
         self._places = model.places(group)
+        #: Whether they are all there are.
+        self._whole = isinstance(self._places, slice) and (
+            len(self._base[self._places]) == len(self._base))
         self._avoid_collisions, self.poll, self.group = avoid_collisions, poll, group
         self.path_constraints = (
             None if path_constraints is None or path_constraints.empty else path_constraints
@@ -215,6 +218,8 @@ class StateValidity:
         """
         weights, few = self.displacement_weights, POLLED_STATES[exact]
         test, full, full_states = self._test, self.full, self.full_states
+        if self._whole:
+            full = full_states = _same
 
         def free(a: Vector, b: Vector, between: bool = False) -> bool:
             blocked = test(exact, clearance)
@@ -273,6 +278,11 @@ class StateValidity:
         )
         more = f' and {len(contacts) - 4} more pairs' if len(contacts) > 4 else ''
         return f'{text}{more}'
+
+
+def _same(values: Vector) -> Vector:
+    """Return what is given."""
+    return values
 
 
 @lru_cache(maxsize=512)

@@ -137,11 +137,12 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
     if stage.straight:
         return _straight(problem, stage)
     best: Matrix | None = None
-    attempt, most, with_corners = 0, stage.most_motions, math.inf
+    attempt, most = 0, stage.most_motions
+    with_corners = shorter_than = math.inf
     while True:
         attempt += 1
         space = problem.space(stage)
-        found = _solve(space, problem, most)
+        found = _solve(space, problem, most, shorter_than)
         if found is None:
             return best
         # A second search whose path is the longer one before corners are cut is in vain.
@@ -158,9 +159,9 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
             and space.motions < _CHEAP_MOTIONS and _is_detour(best)
         )
         if attempt >= problem.attempts:
-            if not again:
+            if not again or best is None:
                 return best
-            most = space.motions
+            most, shorter_than = space.motions, path_length(best)
 
 
 def _straight(problem: SearchProblem, stage: Stage) -> Matrix | None:
@@ -182,9 +183,14 @@ def _is_detour(waypoints: Matrix) -> bool:
 
 
 def _solve(
-    space: JointSpace, problem: SearchProblem, most_motions: int | None
+    space: JointSpace, problem: SearchProblem, most_motions: int | None,
+    shorter_than: float = math.inf,
 ) -> Matrix | None:
-    """Return a path with shortcuts, None where none was found; PREEMPTED where cancelled."""
+    """
+    Return a path with shortcuts, None where none was found; PREEMPTED where cancelled.
+
+    :param shorter_than: length [rad or m] of the paths that are looked for; others may be found.
+    """
     planner, budget = problem.planner, problem.budget
 
     def given_up() -> bool:
@@ -198,7 +204,7 @@ def _solve(
         if planner.own_search:
             extension = float(settings_of(planner, problem.log).get('setRange', extension))
         trees = RRTConnect(space.low, space.high, space.steer, extension, problem.rng)
-        found = trees.find(problem.start, problem.goals, stop)
+        found = trees.find(problem.start, problem.goals, stop, shorter_than)
     else:
         found = solve_with_ompl(
             space, planner, problem.start, problem.goals, given_up, budget.spent, problem.log)

@@ -16,10 +16,15 @@ import math
 
 import numpy as np
 
-from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.arrays import Mask, Matrix, Vector
 
 SAMPLES = 256
 """Samples that are drawn at once: most of them are often too far from the tree."""
+
+DRAWS = 8
+"""Draws at most until one of the samples is where shorter paths pass."""
+
+_SAME = 1e-9
 
 
 class SearchTree:
@@ -158,12 +163,82 @@ class SamplePool:
         self._seen = count
 
 
+class ShorterPaths:
+    """
+    Draws states that paths shorter than a given length can pass.
+
+    They are in ellipsoids about the start and a goal each (Gammell et al. 2014,
+    DOI 10.1109/IROS.2014.6942976).
+
+    :param low: (m,) where states are drawn from [rad or m].
+    :param high: (m,).
+    :param start: (m,).
+    :param goals: (k, m), k >= 1, all nearer to the start than ``length``.
+    :param length: of the paths, at most [rad or m].
+    :param rng: source of chance.
+    """
+
+    def __init__(
+        self, low: Vector, high: Vector, start: Vector, goals: Matrix, length: float,
+        rng: np.random.Generator,
+    ) -> None:
+        self._low, self._high, self._rng = low, high, rng
+        self._start, self._goals, self._length = start, goals, length
+        ways = goals - start
+        apart = np.linalg.norm(ways, axis=1)
+        self._centres = start + 0.5 * ways
+        #: Half axes (k, m) of the ellipsoids, the first from start to goal.
+        self._halves = np.repeat(0.5 * np.sqrt(length**2 - apart**2), len(start)).reshape(
+            ways.shape)
+        self._halves[:, 0] = 0.5 * length
+        # What a reflection at the plane with this normal takes to the first axis is the way.
+        normals = ways / np.maximum(apart, _SAME)[:, None]
+        normals[:, 0] -= 1.0
+        self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1), _SAME)[:, None]
+        half = 0.5 * len(start)
+        ball = half * math.log(math.pi) - math.lgamma(half + 1.0)
+        volumes = np.log(self._halves).sum(axis=1) + ball
+        self._fills = float(volumes.max()) > float(np.log(high - low).sum())
+
+    def draw(self, count: int) -> Matrix:
+        """
+        Return so many of the states at most (k, m), at least one.
+
+        What is drawn is the smaller of ellipsoids and bounds; what is outside the other is left
+        out. States anywhere within bounds are returned where nothing is inside both.
+        """
+        for _ in range(DRAWS):
+            states = self._bounded(count) if self._fills else self._in_ellipsoids(count)
+            inside = states[self._shorter(states) if self._fills else (
+                (states >= self._low) & (states <= self._high)).all(axis=1)]
+            if len(inside):
+                return inside
+        return self._bounded(count)
+
+    def _bounded(self, count: int) -> Matrix:
+        return self._rng.uniform(self._low, self._high, (count, len(self._low)))
+
+    def _in_ellipsoids(self, count: int) -> Matrix:
+        goal = self._rng.integers(len(self._goals), size=count)
+        points = self._rng.standard_normal((count, len(self._low)))
+        radii = self._rng.random(count) ** (1.0 / len(self._low))
+        points *= (radii / np.linalg.norm(points, axis=1))[:, None]
+        points *= self._halves[goal]
+        normals = self._normals[goal]
+        points -= 2.0 * np.einsum('ij,ij->i', points, normals)[:, None] * normals
+        return points + self._centres[goal]
+
+    def _shorter(self, states: Matrix) -> Mask:
+        lengths = np.linalg.norm(states - self._start, axis=1) + np.linalg.norm(
+            states[:, None] - self._goals, axis=2).min(axis=1)
+        shorter: Mask = lengths < self._length
+        return shorter
+
+
 #: Radius of the ball after the first failure, and the least radius, in extensions.
 FIRST_RADIUS, LEAST_RADIUS = 8.0, 4.0
 #: By which the radius shrinks with a failure and grows with a success.
 RADIUS_CHANGE = 0.1
-_SAME = 1e-9
-
 
 class RRTConnect:
     """
@@ -187,7 +262,8 @@ class RRTConnect:
         self.motions = 0
 
     def find(
-        self, start: Vector, goals: Sequence[Vector], stop: Callable[[], bool]
+        self, start: Vector, goals: Sequence[Vector], stop: Callable[[], bool],
+        shorter_than: float = math.inf,
     ) -> Matrix | None:
         """
         Return the states (k, m) of a path to any of the goals; None where it was stopped.
@@ -195,9 +271,16 @@ class RRTConnect:
         :param start: (m,) a free state.
         :param goals: (m,) free states.
         :param stop: asked before every extension.
+        :param shorter_than: samples are drawn where paths pass that are shorter [rad or m].
         """
         trees = (SearchTree(start[None]), SearchTree(np.array(goals)))
-        pools = [SamplePool(tree, self._draw) for tree in trees]
+        draw = self._draw
+        near = [goal for goal in goals if np.linalg.norm(goal - start) < shorter_than]
+        if near and shorter_than < math.inf:
+            draw = ShorterPaths(
+                self._low, self._low + self._span, start, np.array(near), shorter_than,
+                self._rng).draw
+        pools = [SamplePool(tree, draw) for tree in trees]
         while not stop():
             growing = 0 if len(trees[0]) <= len(trees[1]) else 1
             tree, other = trees[growing], trees[1 - growing]

@@ -21,7 +21,7 @@ BATCH = 8
 LEAST_GAIN = 0.01
 """Share of the path's length that a shortcut has to save."""
 
-FAILURES = 8
+FAILURES = 4
 """Shortcuts in a row without success after which a straight path is left as it is."""
 
 PATIENCE = 2.0
@@ -35,6 +35,8 @@ CUTS = np.array([0.8, 0.4, 0.2, 0.1])
 
 MOST_CUTS = 40
 """Cuts that are tried at most."""
+
+_STRAIGHT = 1e-12
 
 
 def with_shortcuts(
@@ -54,7 +56,7 @@ def with_shortcuts(
     :param failures: shortcuts in vain after which it ends where the path is hardly longer
         than the straight line; the longer it is, the more.
     """
-    path = without_repeats(waypoints)
+    path = _without_straight(without_repeats(waypoints))
     vain, draws = 0, DRAWS
     apart = max(float(np.linalg.norm(path[-1] - path[0])), 1e-9)
     while len(path) > 2 and not stop():
@@ -186,6 +188,16 @@ def _cut(
         tried = np.concatenate([tried[:corner], np.ones(len(kept), dtype=np.intp),
                                 tried[corner + 1:]])
     return path
+
+
+def _without_straight(path: Matrix) -> Matrix:
+    """Return a path (k, m) without the waypoints at which it goes on straight."""
+    steps = path[1:] - path[:-1]
+    lengths = _norms(steps)
+    detours = lengths[:-1] + lengths[1:] - _norms(path[2:] - path[:-2])
+    bent = np.ones(len(path), dtype=bool)
+    bent[1:-1] = detours > _STRAIGHT * lengths[1:]
+    return path[bent]
 
 
 def _norms(rows: Matrix) -> Vector:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from armsim_ros.planning.search.rrt_connect import RRTConnect, SamplePool, SearchTree
+from armsim_ros.planning.search.rrt_connect import RRTConnect, SamplePool, SearchTree, ShorterPaths
 
 LOW, HIGH = np.zeros(2), np.ones(2)
 START, GOAL = np.array([0.1, 0.5]), np.array([0.9, 0.5])
@@ -57,6 +57,15 @@ def test_any_goal_is_enough():
     near = np.array([0.1, 0.1])
     path = search(free=free).find(START, [GOAL, near], never)
     assert path[-1] == pytest.approx(near)
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_a_shorter_path_is_looked_for_where_it_can_be(seed):
+    """No state of a path is where only longer paths than the given length pass."""
+    path = search(seed).find(START, [GOAL], never, shorter_than=1.3)
+    assert all(past_the_wall(a, b) for a, b in pairwise(path))
+    ways = np.linalg.norm(path - START, axis=1) + np.linalg.norm(path - GOAL, axis=1)
+    assert ways.max() < 1.3
 
 
 def test_stop():
@@ -118,3 +127,25 @@ def test_samples_follow_the_tree():
         assert distance == pytest.approx(distances.min())
         checked += 1
     assert checked > 10
+
+
+@pytest.mark.parametrize('length', [0.82, 1.1, 1.9, 4.0])
+def test_states_of_shorter_paths(length):
+    """States are drawn evenly from all that are within bounds and on a way short enough."""
+    goals = np.array([GOAL, [0.1, 0.9]])
+    rng = np.random.default_rng(0)
+    states = ShorterPaths(LOW, HIGH, START, goals[:1], length, rng).draw(4000)
+    assert ((states >= LOW) & (states <= HIGH)).all()
+
+    def passed(places):
+        ways = np.linalg.norm(places - START, axis=1)
+        ways += np.linalg.norm(places - GOAL, axis=1)
+        return places[ways < length + 1e-9]
+
+    assert len(passed(states)) == len(states) > 1000
+    everywhere = passed(rng.uniform(LOW, HIGH, (100000, 2)))
+    assert states.mean(axis=0) == pytest.approx(everywhere.mean(axis=0), abs=0.03)
+    assert np.cov(states.T) == pytest.approx(np.cov(everywhere.T), abs=0.01)
+    several = ShorterPaths(LOW, HIGH, START, goals, length, rng).draw(4000)
+    assert np.linalg.norm(several - goals[1], axis=1).min() < 0.05
+    assert np.linalg.norm(several - goals[0], axis=1).min() < 0.05

@@ -48,6 +48,18 @@ class Round(Square):
         return middle[None]
 
 
+class Counted(Square):
+    """A square that counts the motions whose freedom is asked for."""
+
+    def __init__(self):
+        self.asked = 0
+        super().__init__(self.count)
+
+    def count(self, first, second):
+        self.asked += 1
+        return True
+
+
 def shortened(path, space, rng, stop):
     """Return a path with shortcuts and its corners cut."""
     return with_corners_cut(with_shortcuts(path, space, rng, stop), space, stop)
@@ -112,3 +124,15 @@ def test_repeats():
     """Points that equal the one before go, the ends stay."""
     points = np.array([[0.0], [0.0], [1.0], [1.0 + 1e-9]])
     assert without_repeats(points) == pytest.approx(np.array([[0.0], [1.0 + 1e-9]]))
+
+
+def test_a_straight_path_needs_no_checks():
+    """Waypoints at which a path goes on straight are left out unchecked, corners are not."""
+    space = Counted()
+    ends = np.array([[0.1, 0.2], [0.8, 0.4]])
+    line = ends[0] + np.linspace(0.0, 1.0, 7)[:, None] ** 2 * (ends[1] - ends[0])
+    assert np.array_equal(shortened(line, space, np.random.default_rng(0), never), ends)
+    assert space.asked == 0
+    bent = np.concatenate([line, [[0.9, 0.9]]])
+    shortened(bent, space, np.random.default_rng(0), never)
+    assert space.asked > 0
