@@ -47,9 +47,9 @@ _WARNINGS = {
 
 def _is_warning(entity: Any) -> TypeGuard[EventHandler]:
     """Return whether an entity is an event whose callback only logs a warning."""
-    known = getattr(entity, '_only_warns', None)
+    known = getattr(entity, 'only_warns', None)
     if known is None:  # once: it is asked for in every turn, and types of events compare slowly
-        known = entity._only_warns = isinstance(entity, EventHandler) and (
+        known = entity.only_warns = isinstance(entity, EventHandler) and (
             entity.event_type in _WARNINGS[type(entity.event_type)])
     return bool(known)
 
