@@ -57,6 +57,7 @@ from armsim_ros.nodes.move_group.worker import Ticker, Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.qos import publish_text
+from armsim_ros.nodes.robot_program import LAST_ANSWERS_TIME
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner, warm_up
@@ -218,8 +219,8 @@ def endpoints(context: Context) -> tuple[object, ...]:
         AttachHint(context))
 
 
-#: Time for goals to be aborted at shutdown, and for answers to leave the process [s].
-_END_TIME, _ANSWER_TIME = 1.0, 0.02
+#: Time for goals to be aborted at shutdown, and how often they are looked at meanwhile [s].
+_END_TIME, _LOOK_PERIOD = 1.0, 0.02
 #: A client that has just sent a goal asks for its result this late [s].
 _LATE_TIME = 0.2
 #: A goal that has ended sends its result in a step of its own.
@@ -284,14 +285,14 @@ class MoveGroupProgram(ExecutorProgram):
             ending = True
             move_group.end()
             node.create_timer(  # ends each wait
-                _ANSWER_TIME, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
+                _LOOK_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
             begin, at_rest = time.monotonic(), 0
             while rclpy.ok() and (elapsed := time.monotonic() - begin) < _END_TIME:
                 if at_rest >= _LAST_STEPS and elapsed > _LATE_TIME:
                     break
                 step()
                 at_rest = 0 if pending else at_rest + 1
-            time.sleep(_ANSWER_TIME)
+            time.sleep(LAST_ANSWERS_TIME)
 
 
 def name_with_dots(node: Node) -> None:

@@ -24,6 +24,7 @@ from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
 from armsim_ros.nodes.qos import publish_text
+from armsim_ros.nodes.robot_program import LAST_ANSWERS_TIME
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.lockstep import Dump, OctomapWait, serve_trigger
@@ -49,8 +50,8 @@ from armsim_ros.sim.pacer import Pacer, prefer_latency
 
 #: How long each thread may take to end [s].
 _STOP_TIME = 0.3
-#: The time an answer takes at most to leave the process [s].
-_ANSWER_TIME = 0.02
+#: How often goals that are aborted are looked at [s].
+_LOOK_PERIOD = 0.02
 #: How often events, graph and clocks are checked, also while paused [s].
 _WATCH_PERIOD = 0.1
 #: A slow start may hold up the loop so long without making simulated time late for good [ns].
@@ -169,12 +170,12 @@ class SimulationProgram:
             self._executor.create_task(nodes.end, 'the simulation is shutting down')
         deadline = time.monotonic() + _STOP_TIME
         while any(nodes.pending for nodes in self._robots) and time.monotonic() < deadline:
-            time.sleep(_ANSWER_TIME)
+            time.sleep(_LOOK_PERIOD)
         for _ in range(2):  # a goal that has ended sends its result in a task of its own
             done = threading.Event()
             self._executor.create_task(done.set)
             done.wait(_STOP_TIME)
-        time.sleep(_ANSWER_TIME)
+        time.sleep(LAST_ANSWERS_TIME)
 
     def _lock_names(self) -> list[DomainLock]:
         """Lock the namespace of each robot on this machine."""
