@@ -219,8 +219,8 @@ def endpoints(context: Context) -> tuple[object, ...]:
         AttachHint(context))
 
 
-#: Time for goals to be aborted at shutdown, and how often they are looked at meanwhile [s].
-_END_TIME, _LOOK_PERIOD = 1.0, 0.02
+#: Time for goals to be aborted at shutdown, and how often they are checked meanwhile [s].
+_END_TIME, _CHECK_PERIOD = 1.0, 0.02
 #: A client that has just sent a goal asks for its result this late [s].
 _LATE_TIME = 0.2
 #: A goal that has ended sends its result in a step of its own.
@@ -285,7 +285,7 @@ class MoveGroupProgram(ExecutorProgram):
             ending = True
             move_group.end()
             node.create_timer(  # ends each wait
-                _LOOK_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
+                _CHECK_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
             begin, at_rest = time.monotonic(), 0
             while rclpy.ok() and (elapsed := time.monotonic() - begin) < _END_TIME:
                 if at_rest >= _LAST_STEPS and elapsed > _LATE_TIME:

@@ -50,8 +50,8 @@ from armsim_ros.sim.pacer import Pacer, prefer_latency
 
 #: How long each thread may take to end [s].
 _STOP_TIME = 0.3
-#: How often goals that are aborted are looked at [s].
-_LOOK_PERIOD = 0.02
+#: How often goals that are aborted are checked [s].
+_CHECK_PERIOD = 0.02
 #: How often events, graph and clocks are checked, also while paused [s].
 _WATCH_PERIOD = 0.1
 #: A slow start may hold up the loop so long without making simulated time late for good [ns].
@@ -170,7 +170,7 @@ class SimulationProgram:
             self._executor.create_task(nodes.end, 'the simulation is shutting down')
         deadline = time.monotonic() + _STOP_TIME
         while any(nodes.pending for nodes in self._robots) and time.monotonic() < deadline:
-            time.sleep(_LOOK_PERIOD)
+            time.sleep(_CHECK_PERIOD)
         for _ in range(2):  # a goal that has ended sends its result in a task of its own
             done = threading.Event()
             self._executor.create_task(done.set)
