@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from typing import Any
 
 from action_msgs.srv import CancelGoal
@@ -115,6 +115,8 @@ def stamped_pose(frame: str, pose: Matrix) -> PoseStamped:
 
 _EVENT = '/trajectory_execution_event'
 _CANCEL = '/_action/cancel_goal'
+#: How long the event of a stop waits for the answers to its requests [s].
+_EVENT_LATEST = 0.2
 _MOVING = ('control_msgs/action/', 'moveit_msgs/action/')
 
 
@@ -153,14 +155,19 @@ class Stopper:
 
     def stop(self, actions: Sequence[str] | None = None) -> list[Future[Any]]:
         """
-        Ask move_group and actions to stop; a goal id of zeros with the time zero is every goal.
+        Ask actions to stop, and move_group by its event, which waits a little for their answers.
+
+        A goal id of zeros with the time zero is every goal.
 
         :param actions: None asks all.
         :returns: their responses to be, of CancelGoal.
         """
+        responses: list[Future[Any]] = []
         try:
-            return [self._client.call(CancelGoal, action + _CANCEL)
-                    for action in (self.actions() if actions is None else actions)]
+            for action in self.actions() if actions is None else actions:
+                responses.append(self._client.call(CancelGoal, action + _CANCEL))
+            # A goal that the event has ended is not counted as cancelled.
+            wait(responses, _EVENT_LATEST)
         finally:
-            # After the requests: a goal that the event has ended is not counted as cancelled.
             self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
+        return responses

@@ -302,7 +302,8 @@ class MotionPart(Part):
         if self._planning is not None:
             self._stopped = True
             self._planning.cancel()
-        await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in self._stopper.stop()),
+        answers = await asyncio.to_thread(self._stopper.stop)
+        await asyncio.gather(*(self.page.answer(answer, 2.0) for answer in answers),
                              return_exceptions=True)
 
     async def _run(self, session: Session, kind: type[Any], name: str, goal: Any,
