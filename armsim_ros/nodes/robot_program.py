@@ -25,7 +25,7 @@ from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.nodes.watching import log_lost_answers, watch_process
 
 #: How long a program stays after the last answers to goals that its end aborts [s]: Fast DDS drops
-#: what a client's threads have not got to when they learn that the sender has left.
+#: what a client's threads have not read when they learn that the sender has left.
 LAST_ANSWERS_TIME = 0.1
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
 

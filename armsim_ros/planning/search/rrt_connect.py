@@ -240,6 +240,7 @@ FIRST_RADIUS, LEAST_RADIUS = 8.0, 4.0
 #: By which the radius shrinks with a failure and grows with a success.
 RADIUS_CHANGE = 0.1
 
+
 class RRTConnect:
     """
     A search for a path.
