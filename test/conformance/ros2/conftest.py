@@ -71,10 +71,10 @@ def ros2(robot: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Mon
     """
     Give a function that runs a command in this process, except ``run``, which becomes another.
 
-    A name is not in the graph once all programs of this machine are known: the time that a
-    command waits beyond that is for programs that start beside it.
+    Once all programs of this machine are known, the topics of one may still be on their way; what
+    a command waits beyond that is for programs that start beside it.
     """
-    monkeypatch.setattr(session, 'PATIENCE', {True: 0.0, False: 0.0})
+    monkeypatch.setattr(session, 'PATIENCE', {True: 0.5, False: 0.5})
     monkeypatch.setenv('ROS_DOMAIN_ID', str(robot))
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.environ.get('AMENT_PREFIX_PATH', sys.prefix))
 
