@@ -9,8 +9,8 @@ Change the package in random places and report the changes that no test notices.
 The tests run once with coverage, which takes a while and is repeated only when the tree has
 changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
 execute its line (or, of a line that the import executes, any line of its file): first those of
-the mirrored folder, then the quickest, until one fails or the time is used up. The mutations are
-those of cosmic-ray.
+the mirrored folder, then the quickest, until one fails, which is printed, or the time is used up.
+The mutations are those of cosmic-ray.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 import difflib
 from functools import cache
@@ -25,6 +26,7 @@ import hashlib
 import json
 import os
 from pathlib import Path
+from queue import SimpleQueue
 import random
 import shutil
 import subprocess
@@ -34,7 +36,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = ROOT / 'build' / 'mutants'
-TREE = PLACE / 'tree'
+TREE = PLACE / 'tree0'
 #: Written by the tests' run with coverage, see ``test_contexts.py``.
 DURATIONS = PLACE / 'durations.json'
 SETTINGS = f"""[run]
@@ -49,6 +51,8 @@ context = ${{TEST_CONTEXT-}}
 UNUSED = ('VariableInserter', 'VariableReplacer', 'RemoveDecorator')
 #: A mutant may make its tests so many times slower before it counts as found [-], [s].
 SLOWER, AT_LEAST = 3.0, 60.0
+#: Job of the tests -> how many run at a time with coverage, under which programs are slower.
+JOBS = {'core': 'auto', 'real-time': '2', 'alone': '1'}
 
 
 @dataclass(frozen=True)
@@ -64,13 +68,20 @@ class Place:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant: ``killed``, ``survived`` or ``uncovered``."""
+    """
+    What became of a mutant.
+
+    :param outcome: ``killed``, ``survived`` or ``uncovered``.
+    :param tests: how many were chosen.
+    :param by: the test that failed, or ``time``.
+    """
 
     place: Place
     outcome: str
     difference: str
     tests: int
     seconds: float
+    by: str = ''
 
 
 def main() -> int:
@@ -85,15 +96,29 @@ def main() -> int:
                         help='undisturbed duration of the tests of a mutant [120 s]')
     parser.add_argument('--tests', nargs='*', default=['test'], metavar='PATH',
                         help='the tests that may kill a mutant [test]')
+    parser.add_argument('--workers', type=int, default=2, help='mutants at a time [2]')
     arguments = parser.parse_args()
-    _copy_tree()
+    trees = SimpleQueue[Path]()
+    for number in range(arguments.workers):
+        _copy_tree(PLACE / f'tree{number}')
+        trees.put(PLACE / f'tree{number}')
     covering = _coverage(arguments.tests)
+
+    def test(place: Place) -> Outcome:
+        tree = trees.get()
+        try:
+            return _test(place, tree, covering, arguments.budget)
+        finally:
+            trees.put(tree)
+
     outcomes = []
-    for place in _sample(arguments.only, arguments.count, arguments.seed):
-        outcome = _test(place, covering, arguments.budget)
-        outcomes.append(outcome)
-        print(f'{outcome.outcome:9} {outcome.seconds:5.0f} s {outcome.tests:4} tests  '
-              f'{place.path}:{place.line} {place.operator}', flush=True)
+    with ThreadPoolExecutor(arguments.workers) as pool:
+        for outcome in pool.map(
+                test, _sample(arguments.only, arguments.count, arguments.seed)):
+            outcomes.append(outcome)
+            place = outcome.place
+            print(f'{outcome.outcome:9} {outcome.seconds:5.0f} s {outcome.tests:4} tests  '
+                  f'{place.path}:{place.line} {place.operator}  {outcome.by}', flush=True)
     survivors = [outcome for outcome in outcomes if outcome.outcome != 'killed']
     for outcome in survivors:
         print(f'\n{outcome.outcome}: {outcome.place.path}:{outcome.place.line}'
@@ -111,17 +136,17 @@ def _files() -> list[str]:
     return [name for name in listed.stdout.split('\0') if name and (ROOT / name).is_file()]
 
 
-def _copy_tree() -> None:
-    """Bring the copy up to date; also after a mutant that was not put back."""
+def _copy_tree(tree: Path) -> None:
+    """Bring a copy up to date; also after a mutant that was not put back."""
     files = _files()
     for name in files:
-        target = TREE / name
+        target = tree / name
         content = (ROOT / name).read_bytes()
         if not target.is_file() or target.read_bytes() != content:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(content)
-    for path in [*(TREE / 'armsim_ros').rglob('*.py'), *(TREE / 'test').rglob('*.py')]:
-        if str(path.relative_to(TREE)) not in set(files):
+    for path in [*(tree / 'armsim_ros').rglob('*.py'), *(tree / 'test').rglob('*.py')]:
+        if str(path.relative_to(tree)) not in set(files):
             path.unlink()
 
 
@@ -139,12 +164,16 @@ def _coverage(tests: Sequence[str]) -> Mapping[tuple[str, int], set[str]]:
             old.unlink()
         settings = PLACE / 'coveragerc'
         settings.write_text(SETTINGS)
+        DURATIONS.unlink(missing_ok=True)
         python = [sys.executable, '-m', 'coverage']
-        run = subprocess.run([*python, 'run', f'--rcfile={settings}', '-m', 'pytest', '-q', '-p',
-                              'test_contexts', *tests], cwd=TREE, check=False,
-                             env={**_environment(), 'COVERAGE_PROCESS_START': str(settings)})
-        if run.returncode not in (0, 1):
-            sys.exit('mutants: the tests did not run with coverage; see above')
+        environment = {**_environment(TREE), 'COVERAGE_PROCESS_START': str(settings)}
+        for job, workers in JOBS.items():
+            run = subprocess.run(
+                [*python, 'run', f'--rcfile={settings}', '-m', 'pytest', '-q', '-p',
+                 'test_contexts', '-n', workers, '--dist', 'loadfile', '--no-loadscope-reorder',
+                 '--job', job, *tests], cwd=TREE, check=False, env=environment)
+            if run.returncode not in (0, 1, 5):
+                sys.exit('mutants: the tests did not run with coverage; see above')
         subprocess.run([*python, 'combine', '-q', f'--rcfile={settings}'], cwd=TREE, check=True)
         known.write_text(state.hexdigest())
     data = coverage.CoverageData(str(PLACE / 'coverage'))
@@ -157,10 +186,12 @@ def _coverage(tests: Sequence[str]) -> Mapping[tuple[str, int], set[str]]:
     return found
 
 
-def _environment() -> dict[str, str]:
-    """Return an environment in which the copy wins over the installed package."""
-    path = [str(TREE), str(TREE / 'scripts'), os.environ.get('PYTHONPATH', '')]
+def _environment(tree: Path) -> dict[str, str]:
+    """Return an environment in which a copy wins over the installed package."""
+    path = [str(tree), str(tree / 'scripts'), os.environ.get('PYTHONPATH', '')]
+    domain = int(os.environ.get('ROS_DOMAIN_ID', 50)) + int(tree.name[4:])
     return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, path)),
+            'ROS_DOMAIN_ID': str(domain),
             'TEST_DURATIONS': str(DURATIONS), 'PYTHONDONTWRITEBYTECODE': '1'}
 
 
@@ -229,11 +260,12 @@ def _operators() -> Mapping[str, Any]:
             if name.removeprefix('core/') not in UNUSED}
 
 
-def _test(place: Place, covering: Mapping[tuple[str, int], set[str]], budget: float) -> Outcome:
-    """Run the covering tests on a mutant."""
+def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]], budget: float
+          ) -> Outcome:
+    """Run the covering tests on a mutant in a copy of the tree."""
     from cosmic_ray.mutating import mutate_code
 
-    path = TREE / place.path
+    path = tree / place.path
     source = path.read_text()
     mutated = mutate_code(source, _operators()[place.operator], place.occurrence)
     difference = '\n'.join(difflib.unified_diff(
@@ -248,11 +280,11 @@ def _test(place: Place, covering: Mapping[tuple[str, int], set[str]], budget: fl
     begin = time.monotonic()
     path.write_text(mutated)
     try:
-        survived = _pass(tests, max(AT_LEAST, SLOWER * duration))
+        by = _killer(tests, tree, max(AT_LEAST, SLOWER * duration))
     finally:
         path.write_text(source)
-    return Outcome(place, 'survived' if survived else 'killed', difference, len(tests),
-                   time.monotonic() - begin)
+    return Outcome(place, 'killed' if by else 'survived', difference, len(tests),
+                   time.monotonic() - begin, by)
 
 
 def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[str], float]:
@@ -273,22 +305,26 @@ def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[st
     return chosen, total
 
 
-def _pass(tests: Sequence[str], seconds: float) -> bool:
-    """Return whether all tests pass in time."""
-    names = PLACE / 'tests.txt'
+def _killer(tests: Sequence[str], tree: Path, seconds: float) -> str:
+    """Return which test fails first, ``time`` where the time is used up, nothing if all pass."""
+    names = tree / 'tests.txt'
     names.write_text('\n'.join(tests))
     process = subprocess.Popen(
         [sys.executable, '-m', 'pytest', '-x', '-q', '-p', 'no:cacheprovider', f'@{names}'],
-        cwd=TREE, env=_environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        start_new_session=True)
+        cwd=tree, env=_environment(tree), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        text=True, start_new_session=True)
     try:
-        return process.wait(seconds) == 0
+        printed, _ = process.communicate(timeout=seconds)
     except subprocess.TimeoutExpired:
-        return False
+        return 'time'
     finally:
         if process.poll() is None:
             os.killpg(process.pid, 9)
             process.wait()
+    if process.returncode == 0:
+        return ''
+    failed = [line for line in printed.splitlines() if line.startswith(('FAILED', 'ERROR'))]
+    return failed[0].partition(' - ')[0] if failed else f'status {process.returncode}'
 
 
 if __name__ == '__main__':

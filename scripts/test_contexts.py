@@ -39,7 +39,11 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
         _DURATIONS[report.nodeid] = -1e9
 
 
-def pytest_sessionfinish() -> None:
-    """Write the durations of the tests that passed [s]."""
-    Path(os.environ['TEST_DURATIONS']).write_text(json.dumps(
-        {test: round(seconds, 3) for test, seconds in _DURATIONS.items() if seconds >= 0}))
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Add the durations of the tests that passed [s]; workers report to their caller."""
+    if hasattr(session.config, 'workerinput'):
+        return
+    file = Path(os.environ['TEST_DURATIONS'])
+    known = json.loads(file.read_text()) if file.is_file() else {}
+    file.write_text(json.dumps({**known, **{
+        test: round(seconds, 3) for test, seconds in _DURATIONS.items() if seconds >= 0}}))
