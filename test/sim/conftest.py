@@ -5,6 +5,7 @@
 import numpy as np
 import pytest
 
+from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.model.geometry import Box, Cylinder
@@ -73,6 +74,14 @@ def make_arm():
 def arm(make_arm):
     """Return an arm of three joints about y, x, y."""
     return make_arm()
+
+
+@pytest.fixture
+def integrating(arm):
+    """Return gains of the arm's joints with integral action."""
+    usual = SimulationSettings().servo.default_gains.model_dump()
+    gains = PidGains(**{**usual, 'i': 5000.0, 'i_clamp_min': -20.0, 'i_clamp_max': 20.0})
+    return dict.fromkeys(arm.active_joints, gains)
 
 
 @pytest.fixture

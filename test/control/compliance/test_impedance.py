@@ -6,6 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from armsim_ros.config.controllers.compliance import RepulsionSettings
+from armsim_ros.control.arm_dynamics import ArmDynamics
+from armsim_ros.control.compliance.tip_forces import Gains, impedance_torques, JointBounds, Targets
 from armsim_ros.model.transforms import rotation_angle
 
 JOINTS = [f'panda_joint{number}' for number in range(1, 8)]
@@ -126,3 +129,30 @@ def test_a_variable_stiffness_of_the_admittance(compliant):
     arm.controller.receive_measured((*(turn.T @ (5.0, 0.0, 0.0)), 0.0, 0.0, 0.0))
     arm.run(2.0)
     assert arm.place[0] - start[0] == pytest.approx(0.0125, rel=0.1)
+
+
+@pytest.mark.parametrize(('position', 'torque'), [
+    (0.85, 0.0), (0.95, -2.5), (1.3, -5.0), (-0.95, 2.5), (-1.3, 5.0)])
+def test_a_bound_pushes_back_no_harder_than_requested(compliant, position, torque):
+    """Repulsion grows over its range, and not beyond the bound; none is at a joint without one."""
+    arm = compliant()
+    dynamics = ArmDynamics(arm.sim.cell.robots[0].model, JOINTS, 'panda_hand_tcp', 'panda_link0')
+    positions = np.full(7, position)
+    dynamics.move(positions, np.zeros(7))
+    bounds = JointBounds(np.full(7, -1.0), np.full(7, 1.0), np.arange(7) < 6)
+    parameters = arm.controller.parameters
+    targets = Targets(dynamics.pose, positions, np.zeros(7), np.zeros(6))
+    torques = [
+        impedance_torques(each, Gains.of(each), targets, dynamics, bounds, positions, np.zeros(7))
+        for each in (parameters, parameters.model_copy(update={
+            'joint_limit_repulsion': RepulsionSettings(enabled=False)}))]
+    expected = np.append(np.full(6, torque), 0.0)
+    np.testing.assert_allclose(torques[0] - torques[1], expected, atol=1e-9)
+
+
+def test_a_slide_is_as_inert_as_what_it_carries(panda):
+    """What a rotor adds is no part of the dynamics: a finger's inertia is its mass."""
+    model = panda.robots[0].model
+    finger = ArmDynamics(model, ['panda_finger_joint1'], 'panda_leftfinger', 'panda_hand')
+    mass = model.links['panda_leftfinger'].inertial.mass
+    np.testing.assert_allclose(finger.inertia(), [[mass]], rtol=1e-6)

@@ -126,6 +126,18 @@ def test_effort_commands_are_the_torque_itself(simulation, claim):
     assert simulation.state.velocity[2] > 0.1
 
 
+def test_an_integral_does_not_act_beside_an_effort(arm, claim, integrating):
+    """K4: what a joint that held without an effort wound up against a push is no part of one."""
+    simulation = Simulation(arm, gains=integrating)
+    claim(simulation, 'effort')
+    simulation.apply_wrench('upper', torque=(0.0, 5.0, 0.0))
+    run(simulation, 1000)
+    simulation.apply_wrench('upper')
+    simulation.command.effort[:] = (0.0, 0.0, 0.5)
+    run(simulation, 5)
+    np.testing.assert_allclose(simulation.state.effort, (0.0, 0.0, 0.5))
+
+
 def test_efforts_are_clamped(simulation, claim):
     """O6: an effort beyond the limit is saturated."""
     claim(simulation, 'effort')

@@ -119,13 +119,9 @@ def test_comes_to_rest_after_a_push(simulation):
     assert np.abs(simulation.state.position).max() < 1e-4
 
 
-def test_integral_action_lifts_a_payload(arm):
+def test_integral_action_lifts_a_payload(arm, integrating):
     """With an integral gain the sag under an unknown load goes away."""
-    gains = SimulationSettings().servo.default_gains.model_copy(
-        update={'i': 5000.0, 'i_clamp_min': -20.0, 'i_clamp_max': 20.0}
-    )
-    gains = type(gains)(**{**gains.model_dump(), 'i_clamp_min': -20.0, 'i_clamp_max': 20.0})
-    simulation = Simulation(arm, gains=dict.fromkeys(arm.active_joints, gains))
+    simulation = Simulation(arm, gains=integrating)
     simulation.apply_wrench('hand', force=(10.0, 0.0, 0.0))
     for _ in range(4000):
         simulation.step()
