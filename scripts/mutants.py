@@ -140,11 +140,13 @@ def _copy_tree(tree: Path) -> None:
     """Bring a copy up to date; also after a mutant that was not put back."""
     files = _files()
     for name in files:
-        target = tree / name
-        content = (ROOT / name).read_bytes()
-        if not target.is_file() or target.read_bytes() != content:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
+        source, target = ROOT / name, tree / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_symlink():
+            target.unlink(missing_ok=True)
+            target.symlink_to(source.readlink())
+        elif not target.is_file() or target.read_bytes() != source.read_bytes():
+            target.write_bytes(source.read_bytes())
     for path in [*(tree / 'armsim_ros').rglob('*.py'), *(tree / 'test').rglob('*.py')]:
         if str(path.relative_to(tree)) not in set(files):
             path.unlink()

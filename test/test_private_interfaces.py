@@ -68,7 +68,7 @@ def defined_and_used():
     """Return the private names that the project defines, and places of those that it uses."""
     defined, used = set(), {}
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob('*.py')
-                       if 'build' not in path.parts):
+                       if 'build' not in path.relative_to(ROOT).parts):
         text = path.read_text(encoding='utf-8')
         if not PRIVATE.search(text):
             continue
