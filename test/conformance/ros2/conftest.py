@@ -5,24 +5,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass
+from multiprocessing import get_context
 import os
 from pathlib import Path
 import subprocess
 import sys
 
+from command_process import prepare, run_in
 import pytest
 
 from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.testing.program import private_domain, ros_environment, start_program
-from armsim_ros2 import session
-from armsim_ros2.main import run
 
 READY = 'You can start planning now!'
 START_TIMEOUT = 60.0
 #: Half the usual rate of /clock: the robot runs while the tests wait for discovery.
 CALMER = 'overrides:={simulation.clock_rate: 50}'
+#: Once all programs of this machine are known, the topics of one may still be on their way; what a
+#: command waits beyond that is for programs that start beside it [s].
+PATIENCE = 0.5
 SOURCES = Path(__file__).parents[3] / 'ros2'
 
 
@@ -65,30 +69,36 @@ def robot(until_folder_ends: Callable[..., int]) -> int:
     return until_folder_ends(running_robot(), Path(__file__).parent)
 
 
-@pytest.fixture
-def ros2(robot: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-         ) -> Ros2:
-    """
-    Give a function that runs a command in this process, except ``run``, which becomes another.
+@contextmanager
+def command_process(domain: int) -> Iterator[ProcessPoolExecutor]:
+    """Start the process of the commands."""
+    environment = {'ROS_DOMAIN_ID': str(domain),
+                   'AMENT_PREFIX_PATH': os.environ.get('AMENT_PREFIX_PATH', sys.prefix)}
+    with ProcessPoolExecutor(1, get_context('spawn'), prepare, (environment, PATIENCE)) as process:
+        yield process
 
-    Once all programs of this machine are known, the topics of one may still be on their way; what
-    a command waits beyond that is for programs that start beside it.
-    """
-    monkeypatch.setattr(session, 'PATIENCE', {True: 0.5, False: 0.5})
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(robot))
-    monkeypatch.setenv('AMENT_PREFIX_PATH', os.environ.get('AMENT_PREFIX_PATH', sys.prefix))
+
+@pytest.fixture(scope='session')
+def commands(robot: int, until_folder_ends: Callable[..., ProcessPoolExecutor]
+             ) -> ProcessPoolExecutor:
+    """Give the process that runs the commands of this folder."""
+    return until_folder_ends(command_process(robot), Path(__file__).parent)
+
+
+@pytest.fixture
+def ros2(robot: int, commands: ProcessPoolExecutor) -> Ros2:
+    """Give a function that runs a command in their process; ``run`` becomes another."""
 
     def call(*words: str) -> Done:
         if words[:1] == ('run',):
             done = subprocess.run(
                 [sys.executable, '-m', 'armsim_ros2', *words], capture_output=True, text=True,
-                check=False, env={**os.environ, 'PYTHONPATH': str(SOURCES), 'PATH': os.defpath})
+                check=False, env={**os.environ, **ros_environment(robot),
+                                  'PYTHONPATH': str(SOURCES), 'PATH': os.defpath})
             return Done(done.returncode, done.stdout, done.stderr)
-        capsys.readouterr()
-        status = run(words)
-        captured = capsys.readouterr()
-        assert 'Traceback' not in captured.err
-        return Done(status, captured.out, captured.err)
+        done = Done(*commands.submit(run_in, os.getcwd(), words).result())
+        assert 'Traceback' not in done.err
+        return done
 
     return call
 
