@@ -46,6 +46,14 @@ def test_rules_that_move_nothing_leave_the_sources(package, share, rules, tmp_pa
      f'endif()\ninstall(DIRECTORY robots {TO_SHARE}/${{d}})', 'one/robots/arm.urdf'),
     (f'install(DIRECTORY ../shared/robots {TO_SHARE}/urdf\n  PATTERN "*.urdf")',
      'urdf/robots/second.urdf'),
+    (f'string(REPLACE _ - name a_b_c)\ninstall(DIRECTORY robots/ {TO_SHARE}/${{name}})',
+     'a-b-c/arm.urdf'),
+    ('string(REGEX MATCH "[0-9]+" name arm12b)\n'
+     f'install(DIRECTORY robots/ {TO_SHARE}/${{name}})', '12/arm.urdf'),
+    ('string(REGEX REPLACE "([a-z]+)[0-9]" "\\\\1" name arm1)\n'
+     f'install(DIRECTORY robots/ {TO_SHARE}/${{name}})', 'arm/arm.urdf'),
+    ('string(TOUPPER arm name)\nstring(TOLOWER ${name} small)\n'
+     f'install(DIRECTORY robots/ {TO_SHARE}/${{name}}/${{small}})', 'ARM/arm/arm.urdf'),
     ('install(FILES robots/arm.urdf DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/a)',
      'a/arm.urdf'),
     (f'install(DIRECTORY robots/ urdf_more/ {TO_SHARE}/both)', 'both/more.urdf'),

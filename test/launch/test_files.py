@@ -206,6 +206,32 @@ def test_an_xml_file(dry):
         'process: -/sh name=say ns=/ parameters=']
 
 
+@pytest.mark.parametrize(('text', 'name'), [
+    ('$(if $(var go) yes no)', 'yes'), ('$(if false yes no)', 'no'),
+    ('a$(if false yes)', 'a'), ('$(not $(var go))', 'false'),
+    ('$(and $(var go) false)', 'false'), ('$(or $(var go) false)', 'true'),
+    ('$(any false false)', 'false'), ('$(all true false)', 'false'),
+    ('$(equals $(var who) anna)', 'true'), ('$(not-equals $(var who) anna)', 'false'),
+    ('$(param speed)', '2'), ('$(file-content name.txt)', 'content'),
+    ('$(env NOT_SET_AT_ALL bert)', 'bert'), ('$(eval 1 + 2)', '3'),
+    ('$(command "echo said")', 'said'), ('$(filename)', 'it.launch.xml'),
+    ('$(exec-in-pkg one mine)', 'scripts/one'), ('$(dirname)', 'mine/launch'),
+])
+def test_a_word_of_a_file_gives_its_text(dry, tmp_path, text, name):
+    """Substitutions by their names (launch: substitutions, expose_substitution)."""
+    (tmp_path / 'name.txt').write_text('content')
+    said = dry(f"""
+        <launch>
+          <arg name="who" default="anna"/>
+          <arg name="go" default="true"/>
+          <set_parameter name="speed" value="2"/>
+          <log message='{text}'/>
+        </launch>
+    """, name='it.launch.xml')
+    assert said.status == 0
+    assert said.errors.splitlines()[0].endswith(name)
+
+
 def test_a_yaml_file(dry):
     """P35: launch.yaml says the same as XML."""
     said = dry("""

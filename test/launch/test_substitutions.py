@@ -23,6 +23,8 @@ CASES = {
     "[FindPackageShare('mine'), '/launch']": 'src/mine/launch',
     "FindPackageShare('mine') / 'launch'": 'src/mine/launch',
     'ThisLaunchFileDir()': 'src/mine/launch',
+    "Parameter('speed')": '2',
+    "Parameter('none', default=['d', 'e'])": 'de',
     "FileContent(PathJoinSubstitution([FindPackageShare('mine'), 'package.xml']))":
         '<package><name>mine</name></package>',
 }
@@ -33,6 +35,7 @@ def test_a_substitution_gives_its_text(entities, text):
     """P36: each substitution gives the text that it names."""
     said = entities(f"""
         SetLaunchConfiguration('a', 'left'),
+        SetParameter('speed', 2),
         LogInfo(msg={text}),
     """)
     line = next(line for line in said.errors.splitlines() if line.startswith('[INFO]'))
@@ -62,6 +65,13 @@ def test_a_configuration_that_does_not_exist_is_named_with_its_line(entities):
     assert "launch configuration 'robot_nam' does not exist; did you mean 'robot_name'?" \
         in said.errors
     assert 'it.launch.py:' in said.errors
+    assert said.status == 2
+
+
+def test_a_parameter_that_is_not_set_is_named(entities):
+    """launch_ros/substitutions/parameter.py, perform: without a default it fails."""
+    said = entities("LogInfo(msg=Parameter('speed')),")
+    assert "parameter 'speed' is not set" in said.errors
     assert said.status == 2
 
 

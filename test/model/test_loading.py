@@ -79,6 +79,22 @@ joint_limits:
         'and no max_acceleration; add it, or set has_... to false']
 
 
+def test_a_range_of_a_joint_without_end_is_reported(folder):
+    """A continuous joint has no range, in plans either: robot_model.cpp, computeBounds."""
+    text = load(folder)[0].urdf
+    (folder / 'sunday.urdf.xacro').unlink()
+    head = '<joint name="joint_6" type="revolute">'
+    (folder / 'sunday.urdf').write_text(text.replace(head, head.replace('revolute', 'continuous')))
+    (folder / 'joint_limits.yaml').write_text("""
+joint_limits:
+  joint_5: {min_position: -1, max_position: 1}
+  joint_6: {max_position: 1}
+""")
+    assert load(folder)[1] == [
+        "joint_limits.yaml:4:13: joint limits: 'max_position' of continuous joint 'joint_6' has "
+        'no effect']
+
+
 def test_a_joint_that_the_urdf_lacks(folder):
     """The controller's line is named, and the nearest joint."""
     change(folder / 'trajectory_control.yaml', '- joint_6', '- joint6')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The small commands, beside a stack that is not ours."""
 
+from concurrent.futures import Future
 import json
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from armsim_ros.cli.arguments import UsageError
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.verbs import go, plot, state, stop
+from armsim_ros.nodes.verbs.terminal import wait
 
 pytestmark = pytest.mark.usefixtures('fake_stack')
 JSON = ['--json', '--timeout', '20']
@@ -113,6 +115,12 @@ def test_stop_waits_for_no_action_without_a_server(capsys):
     with RosClient('test_stop') as client:
         client.prepare(MoveGroup, '/unserved/move_action', action=True)
         assert output_of(stop, capsys) == (0, {'stopped': 0, 'silent': []})
+
+
+def test_an_answer_that_does_not_come_is_said_in_a_sentence():
+    """What did not answer, and how long the command waited for it."""
+    with pytest.raises(ArmsimError, match=r'/compute_ik did not answer within 0\.01 s'):
+        wait(Future(), 0.01, '/compute_ik')
 
 
 def test_a_robot_that_is_not_there_is_said_in_a_sentence():

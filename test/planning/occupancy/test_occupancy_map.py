@@ -180,6 +180,13 @@ def test_what_is_in_a_bin_is_seen():
     assert Solid(bin_mesh(), 1.0, 0.0).holds(points)[[4, 5]].all()
 
 
+@pytest.mark.parametrize('side', [-1, 1])
+def test_a_wall_of_a_bin_is_where_it_is(side):
+    """Points half a voxel to both sides of a wall's inner face are told apart."""
+    points = np.array([[side * 0.183, 0.0, 0.2], [side * 0.176, 0.0, 0.2]])
+    assert Solid(bin_mesh(), 1.0, 0.0).holds(points).tolist() == [True, False]
+
+
 def test_convex_meshes_count_and_a_plane_not(make_cube):
     """By the planes of their faces."""
     points = np.random.default_rng(0).uniform(-0.2, 0.2, (500, 3))

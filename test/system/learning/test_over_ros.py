@@ -49,7 +49,9 @@ def test_in_real_time_the_gap_is_reported(tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert 'locally 2 of 2 episodes succeed' in lines[-3]
     assert 'joints from the local run: 95 % of the steps within' in lines[-2]
-    assert 'from observation to command: median' in lines[-1]
+    middle, most = 1e3 * found['latency_p50'], 1e3 * found['latency_p95']
+    assert (f'from observation to command: median {middle:.1f} ms, 95 % within {most:.1f} ms; '
+            f'{found["late_steps"]} of ') in lines[-1]
 
 
 def test_what_cannot_be_set_over_ros_is_refused():
