@@ -116,6 +116,20 @@ def test_the_old_files_stay_and_the_report_is_in_the_folder(user, tmp_path, caps
     assert 'trajectory_control.yaml:4 -> ros2_controllers.yaml' in (out / REPORT).read_text()
 
 
+@pytest.mark.parametrize('given', [
+    '', 'planning_plugin: ompl_interface/OMPLPlanner\n',
+    'planning_plugins:\n  - ompl_interface/OMPLPlanner\n'])
+def test_planners_are_those_of_ompl_unless_the_file_names_a_plugin(user, tmp_path, given):
+    """A file of ROS 1 left the plugin to a launch file; in ROS 2 the file has it."""
+    file = user / 'ompl_planning.yaml'
+    lines = [line for line in file.read_text().splitlines() if 'planning_plugin' not in line]
+    file.write_text(given + '\n'.join(lines) + '\n')
+    migrate(str(user), tmp_path / 'out')
+    written = (tmp_path / 'out/ompl_planning.yaml').read_text()
+    assert written.count('planning_plugin') == 1
+    assert written.count('ompl_interface/OMPLPlanner') == 1
+
+
 def test_ros2_files_are_taken_as_they_are(user, tmp_path):
     """A second migration changes nothing."""
     first, second = tmp_path / 'first', tmp_path / 'second'

@@ -212,6 +212,25 @@ def test_a_stop_ends_a_motion_of_a_script(sim):
     assert np.abs(positions(sim) - start).max() < 1e-3
 
 
+def test_a_motion_of_a_script_is_fed_forward(sim):
+    """Velocity and acceleration that the drives get are those of the commanded positions."""
+    hardware = sim.manager.hardware
+    period = 1.0 / sim.settings.controller_manager.update_rate
+    sim.manager.arm.stop_program()
+    sim.step(20)
+    sim.manager.stops.move(list(positions(sim) + 0.5), 1.0, 1.4)
+    rows = []
+    while not sim.manager.stops.at_rest:
+        sim.run_until(sim.time + period)
+        rows.append((hardware.command.position.copy(), hardware.feedforward.velocity.copy(),
+                     hardware.feedforward.acceleration.copy()))
+    position, velocity, acceleration = map(np.array, zip(*rows, strict=True))
+    np.testing.assert_allclose(np.gradient(position, period, axis=0)[1:-1], velocity[1:-1],
+                               atol=1e-3)
+    np.testing.assert_allclose(np.gradient(velocity, period, axis=0)[1:-1], acceleration[1:-1],
+                               atol=0.02)
+
+
 def test_freedrive_gives_way_and_holds_when_it_ends(sim):
     """HW-C7: In freedrive a push moves the arm, which does not sink; afterwards it is held."""
     arm, start = sim.manager.arm, positions(sim)

@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Episodes of a person: where they start and end, and what they have."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from armsim_ros.data.episodes import EpisodeRunner, Source
 from armsim_ros.data.features import ACTION, DONE, STATE
+from armsim_ros.errors import ResourceError
 from armsim_ros.nodes.teleop.commands import Command, DROP, HAND, Keys, MARK
 from armsim_ros.nodes.teleop.devices import Ending
+from armsim_ros.nodes.teleop.main import main
 from armsim_ros.nodes.teleop.record import DroppedError, Operator
 from armsim_ros.nodes.teleop.servo_link import JOINT, LINEAR
 
@@ -43,6 +47,14 @@ def episode(runner, device, *keys, ending=None):
     operator.task, operator.device = runner.task, device
     runner._policy = operator
     return runner.run(0), operator
+
+
+def test_a_package_that_recording_lacks_is_named(monkeypatch):
+    """With the command that installs it."""
+    monkeypatch.delitem(sys.modules, 'armsim_ros.nodes.teleop.record')
+    monkeypatch.setitem(sys.modules, 'armsim_ros.data.episodes', None)
+    with pytest.raises(ResourceError, match=r'is not installed: .*\[gym,data\]'):
+        main(['--with', 'keyboard', '--record', 'armsim/Reach-v1', 'set'])
 
 
 def test_an_episode_is_between_two_spaces(runner):

@@ -50,6 +50,21 @@ def test_launch_files_are_answered_and_their_slips_told(user, capsys):
     assert text.endswith('result: 0 errors, 1 warning\n')
 
 
+def test_the_flags_of_spawn_model_become_arguments(user, capsys):
+    """Each with its values; gazebo_ros/scripts/spawn_model has the same flags (parse_args)."""
+    (user / 'robot.launch').write_text("""<launch>
+  <node name="spawn" pkg="gazebo_ros" type="spawn_model" args="-urdf -param robot_description
+    -gazebo_namespace /gazebo -reference_frame world -unpause -wait table -package_to_model -b
+    -model arm -robot_namespace /left -x 1 -y 2 -z 3 -Y 1.5 -J j1 0.5 -J j2 -0.5 -speed"/>
+</launch>
+""")
+    main([str(user)])
+    text = capsys.readouterr().out
+    assert ('bringup robot:=arm namespace:=left x:=1 y:=2 z:=3 initial_positions:=j1=0.5,j2=-0.5, '
+            'and placement: {rpy: [0.0, 0.0, 1.5]} in simulation.yaml') in text
+    assert "'-speed' is not a flag of spawn_model" in text
+
+
 def test_each_key_with_what_it_does(user, capsys):
     """--keys lists used, changed and unused keys with file and line."""
     main([str(user), '--keys'])
