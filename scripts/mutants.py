@@ -8,9 +8,9 @@ Change the package in random places and report the changes that no test notices.
 
 The tests run once with coverage, which takes a while and is repeated only when the tree has
 changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
-execute its line (or, of a line that the import executes, any line of its file): first those of
-the mirrored folder, then the quickest, until one fails, which is printed, or the time is used up.
-The mutations are those of cosmic-ray.
+execute its line (or, of a line that the import executes, any line of its file): those of the
+mirrored folder and the quickest of the others, until one fails, which is printed. That it passes
+without the mutant is tested, too. The mutations are those of cosmic-ray.
 """
 
 from __future__ import annotations
@@ -280,12 +280,21 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
     if not tests:
         return Outcome(place, 'uncovered', difference, 0, 0.0)
     begin = time.monotonic()
-    path.write_text(mutated)
-    try:
-        by = _killer(tests, tree, max(AT_LEAST, SLOWER * duration))
-    finally:
-        path.write_text(source)
-    return Outcome(place, 'killed' if by else 'survived', difference, len(tests),
+    limit = max(AT_LEAST, SLOWER * duration)
+    by = 'nothing yet'
+    while by and tests:
+        path.write_text(mutated)
+        try:
+            by = _killer(tests, tree, limit)
+        finally:
+            path.write_text(source)
+        # A test may need one that was not chosen.
+        until = tests[:tests.index(by) + 1] if by in tests else tests
+        if not by or not _killer(until, tree, limit):
+            break
+        print(f'fails without a mutant, too: {by}', flush=True)
+        tests = [test for test in tests if test != until[-1]]
+    return Outcome(place, 'killed' if by and tests else 'survived', difference, len(tests),
                    time.monotonic() - begin, by)
 
 
@@ -296,23 +305,34 @@ def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[st
     # A program belongs to all tests of a file; those of one test to the others as well.
     tests = {test for context in contexts for test in durations
              if test == context or test.startswith(f'{context}::')}
-    order = sorted(tests, key=lambda test: (not test.startswith(mirrored), durations[test]))
     chosen: list[str] = []
     total = 0.0
-    for test in order:
+    for test in sorted(tests, key=lambda test: (not test.startswith(mirrored), durations[test])):
         if chosen and total + durations[test] > budget:
             continue
         chosen.append(test)
         total += durations[test]
-    return chosen, total
+    # Tests of a folder may share a stack.
+    folders: dict[str, float] = {}
+    for test in chosen:
+        folder = test.partition('::')[0].rpartition('/')[0]
+        folders[folder] = folders.get(folder, 0.0) + durations[test]
+    places = {test: number for number, test in enumerate(durations)}
+
+    def rank(test: str) -> tuple[bool, float, str, int]:
+        file = test.partition('::')[0]
+        return (not test.startswith(mirrored), folders[file.rpartition('/')[0]], file,
+                places[test])
+
+    return sorted(chosen, key=rank), total
 
 
 def _killer(tests: Sequence[str], tree: Path, seconds: float) -> str:
-    """Return which test fails first, ``time`` where the time is used up, nothing if all pass."""
+    """Return the first test that fails, ``time`` or a status of pytest; '' where all pass."""
     names = tree / 'tests.txt'
     names.write_text('\n'.join(tests))
     process = subprocess.Popen(
-        [sys.executable, '-m', 'pytest', '-x', '-q', '-p', 'no:cacheprovider', f'@{names}'],
+        [sys.executable, '-m', 'pytest', '-x', '-v', '-p', 'no:cacheprovider', f'@{names}'],
         cwd=tree, env=_environment(tree), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         text=True, start_new_session=True)
     try:
@@ -325,8 +345,8 @@ def _killer(tests: Sequence[str], tree: Path, seconds: float) -> str:
             process.wait()
     if process.returncode == 0:
         return ''
-    failed = [line for line in printed.splitlines() if line.startswith(('FAILED', 'ERROR'))]
-    return failed[0].partition(' - ')[0] if failed else f'status {process.returncode}'
+    begun = [test for test in tests if f'\n{test} ' in printed]
+    return begun[-1] if begun else f'status {process.returncode}'
 
 
 if __name__ == '__main__':

@@ -80,6 +80,19 @@ def test_a_controller_of_efforts_starts_behind_one_of_positions(small_package):
         'push_controller': False, 'arm_controller': True}
 
 
+def test_without_controllers_of_move_group_all_that_fit_together_start(small_package):
+    """The first that has a joint keeps it."""
+    small_package.write('config/moveit_controllers.yaml', 'moveit_simple_controller_manager: {}\n')
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + ''.join(
+        f'{name}:\n  ros__parameters:\n'
+        '    type: joint_trajectory_controller/JointTrajectoryController\n'
+        f'    joints: [{joint}]\n    command_interfaces: [position]\n'
+        '    state_interfaces: [position, velocity]\n'
+        for name, joint in (('second_of_elbow', 'elbow'), ('third', 'elbow'))))
+    spawned = survey(small_package).settings.spawn
+    assert [name for name in spawned if name != 'joint_state_broadcaster'] == ['arm_controller']
+
+
 def test_a_manager_that_asks_knows_all_trajectory_controllers(small_package):
     """moveit_ros_control_interface names no controllers: it asks for those that there are."""
     small_package.write('config/moveit_controllers.yaml', (

@@ -102,6 +102,13 @@ def test_a_sensor_that_cannot_be_used_is_left_out(load, block, text):
     assert sum(text in line for line in remarks) == 1
 
 
+def test_what_is_no_name_of_a_sensor_is_left_out(load):
+    """A number or a block in the list is a remark; the sensors behind it are read."""
+    found, remarks = load(USUAL.replace('sensors: [', 'sensors: [3, {a: b}, '))
+    assert list(found.sensors) == ['kinect_pointcloud', 'kinect_depthimage']
+    assert sum("'sensors' has " in line for line in remarks) == 2
+
+
 def test_a_resolution_that_is_none_is_an_error_line(load):
     """0 m is not a size of cells."""
     with pytest.raises(ConfigError, match=r"yaml:3:21: octomap: 'octomap_resolution' is the nu"):

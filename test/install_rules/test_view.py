@@ -46,6 +46,11 @@ def test_rules_that_move_nothing_leave_the_sources(package, share, rules, tmp_pa
      f'endif()\ninstall(DIRECTORY robots {TO_SHARE}/${{d}})', 'one/robots/arm.urdf'),
     (f'install(DIRECTORY ../shared/robots {TO_SHARE}/urdf\n  PATTERN "*.urdf")',
      'urdf/robots/second.urdf'),
+    (f'if(EXISTS ${{CMAKE_CURRENT_SOURCE_DIR}}/robots)\n  set(d one)\nelse()\n  set(d two)\n'
+     f'endif()\ninstall(DIRECTORY robots {TO_SHARE}/${{d}})', 'one/robots/arm.urdf'),
+    (f'if(IS_DIRECTORY ${{CMAKE_CURRENT_SOURCE_DIR}}/x OR NOT DEFINED PROJECT_NAME)\n'
+     f'  set(d one)\nelse()\n  set(d two)\nendif()\ninstall(DIRECTORY robots {TO_SHARE}/${{d}})',
+     'two/robots/arm.urdf'),
     (f'string(REPLACE _ - name a_b_c)\ninstall(DIRECTORY robots/ {TO_SHARE}/${{name}})',
      'a-b-c/arm.urdf'),
     ('string(REGEX MATCH "[0-9]+" name arm12b)\n'

@@ -3,6 +3,7 @@
 """Tasks by id: checkers, experts, what counts as success and what does not."""
 
 from contextlib import closing
+from dataclasses import replace
 import subprocess
 import sys
 import warnings
@@ -14,8 +15,11 @@ import pytest
 
 from armsim_ros.errors import ConfigError
 from armsim_ros.model.cell_loading import load_cell
+from armsim_ros.stack import ArmSim
 from armsim_ros.tasks import PickCube, PlaceCube, PushCube, Reach, StackCubes, TASKS
+from armsim_ros.tasks.hand import Hand, HandModel
 from armsim_ros.tasks.task_observations import OBS_TYPES
+from armsim_ros.tasks.workspace import workspace_of
 
 
 @pytest.fixture(scope='module', params=['sunday', 'panda'])
@@ -184,6 +188,15 @@ def test_stacking_is_red_on_green(cell):
             put_item(env, lower, base)
             put_item(env, upper, base + side)
             assert steps(env, 12) == success
+
+
+def test_a_robot_without_a_place_of_its_own_works_below_its_hand():
+    """The area is about the point of the grasp at the start, with room between."""
+    panda = load_cell('panda')
+    cell = replace(panda, robots=tuple(replace(one, name='mine') for one in panda.robots))
+    place, hand = workspace_of(cell), Hand(ArmSim(cell), HandModel.of(cell))
+    np.testing.assert_allclose(place.centre, hand.point[:2], atol=1e-3)
+    assert hand.point[2] - place.surface == pytest.approx(0.15, abs=1e-3)
 
 
 def test_the_start_never_solves_the_task(sunday):

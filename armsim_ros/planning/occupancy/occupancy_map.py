@@ -185,12 +185,6 @@ class OccupancyMap:
         return OccupancyMap(self.resolution, self._numbers, odds)
 
 
-def packed(cells: Integers) -> Integers:
-    """Return numbers (k,) of cells (k, 3) that are counted from 0."""
-    found: Integers = (cells[:, 0] << 2 * _BITS) | (cells[:, 1] << _BITS) | cells[:, 2]
-    return found
-
-
 def unpacked(numbers: Integers) -> Integers:
     """Return cells (k, 3), 0 at the origin, from packed numbers (k,)."""
     mask = (1 << _BITS) - 1

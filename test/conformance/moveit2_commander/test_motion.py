@@ -59,6 +59,12 @@ class User:
             JointState(name=names, position=positions), tolerance=0.001)
         return self.plan.run([goal], None, state, 1, 2.0)
 
+    def go(self, positions: list[float]) -> int:
+        """Plan and execute a motion, scaled by the client as it does it; return the code."""
+        trajectory = self.execute.scale_trajectory(self.planned(positions), 0.8)
+        code: int = self.execute.run(trajectory).result.error_code.val
+        return code
+
     def error(self, positions: list[float]) -> float:
         """Return how far the joint that is farthest is from positions [rad]."""
         now = dict(zip(self.state.name, self.state.position, strict=True))
@@ -90,14 +96,15 @@ def user(pytestconfig: pytest.Config) -> Iterator[User]:
 
 
 def test_a_joint_goal_is_planned_and_executed(user: User) -> None:
-    """The plan is scaled by the client, as it does it, and executed."""
-    trajectory = user.execute.scale_trajectory(user.planned(BENT), 0.8)
-    assert user.execute.run(trajectory).result.error_code.val == 1
+    """The arm is where it was to go."""
+    assert user.go(BENT) == 1
     assert user.error(BENT) < 5e-3
 
 
 def test_a_straight_line_is_planned_and_executed(user: User) -> None:
     """A Cartesian path from where the arm is, to a pose of compute_fk that is moved."""
+    if user.error(BENT) > 5e-3:
+        user.go(BENT)
     pose = user.fk.run(user.state, TIP).pose
     pose.position.z -= 0.05
     trajectory = user.line.run(Header(frame_id=BASE), [pose], user.state, TIP)

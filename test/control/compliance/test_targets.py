@@ -35,6 +35,14 @@ def test_wrong_targets_are_dropped_and_named(compliant, send, words):
     assert np.linalg.norm(arm.place - place) < 0.002
 
 
+@pytest.mark.parametrize('values', [(100.0,) * 5, (100.0,) * 7, (np.inf,) * 6])
+def test_a_stiffness_to_yield_with_has_six_finite_numbers(compliant, values):
+    """Anything else is dropped, and named."""
+    controller = compliant('cartesian_admittance_controller').controller
+    assert 'six finite numbers' in controller.receive_yielding_stiffness(values)
+    assert controller.receive_yielding_stiffness((100.0,) * 6) == ''
+
+
 def test_a_target_in_the_frame_of_a_link(compliant):
     """It is taken where the link is then: a way in the hand's own axes."""
     arm = compliant()

@@ -13,6 +13,7 @@ from armsim_ros.cli.arguments import UsageError
 from armsim_ros.nodes.bridge.calls import Goals
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.interfaces import RefusalError
+from armsim_ros.nodes.bridge.main import main
 from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
 from armsim_ros.nodes.bridge.settings import (
@@ -144,7 +145,9 @@ def test_a_wrong_argument_is_named(word, text):
         settings_of(word)
 
 
-def test_help_has_every_argument():
-    """Each with its default."""
+def test_help_has_every_argument(capsys):
+    """Each with its default; nothing is started, and all is well."""
+    assert main(['--help']) == 0
+    assert capsys.readouterr().out.strip() == help_text().strip()
     assert 'max_client_backlog:=VALUE' in help_text()
     assert '(default: 9090)' in help_text()

@@ -110,12 +110,14 @@ def test_poses_relative_to_other_frames(resources):
     (model(link('<plane/>')), 'not static'),
     (model(link('<sphere><radius>zero</radius></sphere>')), "<radius> is 'zero'"),
     ('<sdf version="1.9"/>', 'no <model>'),
+    ('<', 'is none of'), ('<!-- <sdf/> -->', 'is none of'), ('<html/>', 'is none of'),
 ])
 def test_a_wrong_model_is_a_mistake_with_its_line(resources, text, words):
     """Nothing is guessed."""
     with pytest.raises(ResourceFaultError, match=words) as caught:
         read(resources, text)
-    assert caught.value.fault is Fault.RESOURCE_PARSE_ERROR
+    assert caught.value.fault is (
+        Fault.UNSUPPORTED_FORMAT if words == 'is none of' else Fault.RESOURCE_PARSE_ERROR)
 
 
 def test_models_inside_of_models(resources, tmp_path):
