@@ -8,9 +8,9 @@ Change the package in random places and report the changes that no test notices.
 
 The tests run once with coverage, which takes a while and is repeated only when the tree has
 changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
-execute its line (or, of a line that the import executes, any line of its file): those of the
-mirrored folder and the quickest of the others, until one fails, which is printed. That it passes
-without the mutant is tested, too. The mutations are those of cosmic-ray.
+execute its line (or, of a line that the import executes, any line of its file): those whose
+folders and file have the same names, and the quickest of the others, until one fails, which is
+printed. That it passes without the mutant is tested, too. The mutations are those of cosmic-ray.
 """
 
 from __future__ import annotations
@@ -301,13 +301,14 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
 def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[str], float]:
     """Return the tests to run, in order, and how long they take without a mutant [s]."""
     durations: Mapping[str, float] = json.loads(DURATIONS.read_text())
-    mirrored = str(Path('test', *Path(path).parts[1:-1]))
     # A program belongs to all tests of a file; those of one test to the others as well.
     tests = {test for context in contexts for test in durations
              if test == context or test.startswith(f'{context}::')}
+    names = _names(path)
+    far = {test: -len(names & _names(test.partition('::')[0])) for test in tests}
     chosen: list[str] = []
     total = 0.0
-    for test in sorted(tests, key=lambda test: (not test.startswith(mirrored), durations[test])):
+    for test in sorted(tests, key=lambda test: (far[test], durations[test])):
         if chosen and total + durations[test] > budget:
             continue
         chosen.append(test)
@@ -319,12 +320,16 @@ def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[st
         folders[folder] = folders.get(folder, 0.0) + durations[test]
     places = {test: number for number, test in enumerate(durations)}
 
-    def rank(test: str) -> tuple[bool, float, str, int]:
+    def rank(test: str) -> tuple[float, str, int]:
         file = test.partition('::')[0]
-        return (not test.startswith(mirrored), folders[file.rpartition('/')[0]], file,
-                places[test])
+        return folders[file.rpartition('/')[0]], file, places[test]
 
     return sorted(chosen, key=rank), total
+
+
+def _names(path: str) -> set[str]:
+    """Return what a file and its folders are called, without what all are called."""
+    return {name.removeprefix('test_') for name in Path(path).with_suffix('').parts[1:]}
 
 
 def _killer(tests: Sequence[str], tree: Path, seconds: float) -> str:
