@@ -194,6 +194,7 @@ def test_after_a_reset_of_all_the_run_repeats_itself(stack):
 
 def test_a_reset_of_time_alone_ends_goals_and_moves_nothing(stack):
     """The arm stays where it is, its goal ends with the reason, and then it moves on."""
+    stack.move('scan_food')
     trajectory, _ = stack.plan('home')
     goal = stack.arm.send(trajectory)
     assert goal.accepted()
