@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import argparse
 import ast
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 import difflib
@@ -298,12 +298,13 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
                    time.monotonic() - begin, by)
 
 
-def _ordered(contexts: Iterable[str], path: str, budget: float) -> tuple[list[str], float]:
+def _ordered(contexts: Collection[str], path: str, budget: float) -> tuple[list[str], float]:
     """Return the tests to run, in order, and how long they take without a mutant [s]."""
     durations: Mapping[str, float] = json.loads(DURATIONS.read_text())
-    # A program belongs to all tests of a file; those of one test to the others as well.
-    tests = {test for context in contexts for test in durations
-             if test == context or test.startswith(f'{context}::')}
+    # Programs may belong to all tests of a room, those of one test to the others as well.
+    rooms = tuple({f'{Path(*Path(context).parent.parts[:3])}/' for context in contexts
+                   if '::' not in context})
+    tests = {test for test in durations if test in contexts or test.startswith(rooms)}
     names = _names(path)
     far = {test: -len(names & _names(test.partition('::')[0])) for test in tests}
     chosen: list[str] = []

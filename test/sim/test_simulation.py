@@ -70,6 +70,40 @@ def test_reset_repeats_the_start(simulation):
     np.testing.assert_allclose(simulation.state.position, 0.0, atol=1e-9)
 
 
+def put_elsewhere(simulation):
+    """Put two joints elsewhere."""
+    simulation.set_positions({'shoulder': 0.3, 'wrist': -0.2})
+
+
+@pytest.mark.parametrize('again', [Simulation.reset, Simulation.recover, put_elsewhere])
+def test_no_drive_acts_yet_where_the_robot_is_put(simulation, again):
+    """What drives did elsewhere is neither an effort nor an acceleration of the joints."""
+    move(simulation, 400)
+    assert np.abs(simulation.state.effort).max() > 0.1
+    again(simulation)
+    np.testing.assert_array_equal(simulation.state.effort, 0.0)
+    np.testing.assert_array_equal(simulation.state.acceleration, 0.0)
+    position = simulation.state.position.copy()
+    for _ in range(200):
+        simulation.write()
+        simulation.step()
+        assert np.abs(simulation.state.effort).max() < 10.0
+    np.testing.assert_allclose(simulation.state.position, position, atol=1e-3)
+
+
+def test_digests_after_two_resets_are_equal(arm, claim):
+    """Whatever happened before them."""
+    digests = []
+    for steps in (1, 300):
+        simulation = Simulation(arm)
+        claim(simulation, 'position')
+        move(simulation, steps)
+        simulation.reset()
+        simulation.clock.reset()
+        digests.append(simulation.digest())
+    assert digests[0] == digests[1]
+
+
 def test_starts_in_a_named_state_with_single_joints_over_it(arm):
     """O10: initial positions win over the named state; both are checked."""
     states = {'manipulator': {'ready': {'shoulder': 0.4, 'elbow': 0.2}}}

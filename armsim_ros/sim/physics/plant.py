@@ -324,7 +324,10 @@ class Plant:
         self.model.opt.enableflags = flags
 
     def _begin(self) -> None:
-        self._inputs[:] = self._given
+        # What the drives made of positions was meant for others.
+        slack = np.zeros(len(self._given))
+        self.drive(slack)
+        self.tune(slack, slack)
         mujoco.mj_forward(self.model, self.data)
         self._checkpoints = Checkpoints(self.model, self.data)
 

@@ -202,7 +202,6 @@ class RestorableSimulation:
             gripper.losses.clear()
         self.world.return_to_start()
         self.clock.reset()
-        self._plant.drive(np.zeros(len(self.model.active_joints)))
 
         def place_objects() -> None:
             for name, pose in poses.items():
@@ -210,9 +209,6 @@ class RestorableSimulation:
 
         self._plant.reset(start, place_objects)
         self._settle_in()
-        # Nothing has acted yet, whatever the last run ended with.
-        self.state.effort[:] = self.state.acceleration[:] = 0.0
-        self._written = (b'', 0)
 
     def recover(self) -> None:
         """Put everything at rest where it last was stable, after ``step`` has raised."""
@@ -240,6 +236,9 @@ class RestorableSimulation:
     def _settle_in(self) -> None:
         self._inputs[:8] = np.nan
         self._plant.read()
+        # Nothing has acted yet.
+        self.state.effort[:] = self.state.acceleration[:] = 0.0
+        self._written = (b'', 0)
         self._servo.dynamics.set_gravity(self._plant.model.opt.gravity)
         self._servo.restart(self.state.position[self._active])
 
