@@ -51,6 +51,8 @@ context = ${{TEST_CONTEXT-}}
 UNUSED = ('VariableInserter', 'VariableReplacer', 'RemoveDecorator')
 #: A mutant may make its tests so many times slower before it counts as found [-], [s].
 SLOWER, AT_LEAST = 3.0, 60.0
+#: Tests with programs, and how long those of a folder start [s].
+WITH_PROGRAMS, START = ('test/conformance', 'test/nodes', 'test/system'), 6.0
 #: Job of the tests -> how many run at a time with coverage, under which programs are slower.
 JOBS = {'core': 'auto', 'real-time': '2', 'alone': '1'}
 
@@ -293,6 +295,9 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
         if not by or not _killer(until, tree, limit):
             break
         print(f'fails without a mutant, too: {by}', flush=True)
+        if by == 'time':
+            by = ''
+            break
         tests = [test for test in tests if test != until[-1]]
     return Outcome(place, 'killed' if by and tests else 'survived', difference, len(tests),
                    time.monotonic() - begin, by)
@@ -309,16 +314,16 @@ def _ordered(contexts: Collection[str], path: str, budget: float) -> tuple[list[
     far = {test: -len(names & _names(test.partition('::')[0])) for test in tests}
     chosen: list[str] = []
     total = 0.0
+    folders: dict[str, float] = {}  # whose tests may share a stack
     for test in sorted(tests, key=lambda test: (far[test], durations[test])):
-        if chosen and total + durations[test] > budget:
+        folder = test.partition('::')[0].rpartition('/')[0]
+        seconds = durations[test] + (
+            START if folder not in folders and folder.startswith(WITH_PROGRAMS) else 0.0)
+        if chosen and total + seconds > budget:
             continue
         chosen.append(test)
-        total += durations[test]
-    # Tests of a folder may share a stack.
-    folders: dict[str, float] = {}
-    for test in chosen:
-        folder = test.partition('::')[0].rpartition('/')[0]
-        folders[folder] = folders.get(folder, 0.0) + durations[test]
+        total += seconds
+        folders[folder] = folders.get(folder, 0.0) + seconds
     places = {test: number for number, test in enumerate(durations)}
 
     def rank(test: str) -> tuple[float, str, int]:

@@ -132,6 +132,19 @@ def test_passing_the_target_is_not_reaching_it(sunday):
         assert steps(env)
 
 
+def test_a_dense_reward_grows_towards_the_target(sunday):
+    """Between -1 and 0 on the way, more at each step of the expert but the last; then 1."""
+    with closing(Reach(sunday, reward_type='dense')) as env:
+        env.reset(seed=0)
+        rewards, done = [], False
+        while not done:
+            _, reward, done, _, _ = env.step(env.expert())
+            rewards.append(reward)
+    assert rewards[-1] == 1.0
+    assert all(-1.0 < reward < 0.0 for reward in rewards[:-1])
+    assert rewards[:8] == sorted(rewards[:8])
+
+
 def test_a_cube_in_the_air_that_is_not_held_is_not_picked(cell):
     """Thrown up by 0.2 m it falls without success."""
     with closing(PickCube(cell)) as env:

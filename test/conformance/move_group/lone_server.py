@@ -97,6 +97,7 @@ class PlayedArm:
         self.client = client
         self.positions = dict(joints)
         self.velocities: dict[str, float] = {}
+        self.shaking: dict[str, float] = {}
         self.arm: Any = None
         self.shift = 0.0
         self._stamped = stamped
@@ -107,7 +108,10 @@ class PlayedArm:
         )
 
     def publish(self) -> None:
-        """Publish the positions once."""
+        """Publish the positions once; those of shaking joints go to and fro by an angle [rad]."""
+        for name, angle in self.shaking.items():
+            self.positions[name] += angle
+            self.shaking[name] = -angle
         message = JointState(
             name=list(self.positions), position=[float(p) for p in self.positions.values()]
         )

@@ -97,6 +97,8 @@ def test_pictures_have_their_infos_frames_and_one_stamp(seen: WorldUser) -> None
                    (Image, CameraInfo))
     assert info.header.frame_id == OPTICAL
     assert (info.distortion_model, list(info.d)) == ('plumb_bob', [0.0] * 5)
+    assert list(info.r) == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    assert [*info.p[:3], *info.p[4:7], *info.p[8:11]] == list(info.k)
     assert info.k[0] == info.k[4] == pytest.approx(1043.99 * 480 / 1080, abs=0.01)
 
 

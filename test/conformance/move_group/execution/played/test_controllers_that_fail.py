@@ -53,6 +53,25 @@ def test_a_result_that_is_late(stand: Stand) -> None:
     assert stand.arm.ended(handle).code == 'SUCCESS'
 
 
+def test_an_arm_that_does_not_come_to_rest(stand: Stand) -> None:
+    """
+    The result of a motion waits for it a second, and then the log has a line.
+
+    trajectory_execution_manager.cpp: waitForRobotToStop.
+    """
+    stand.lower.behaviour = 'late'
+    handle = stand.arm.send_execute(stand.trajectory(*LOWER))
+    wait_for(lambda: stand.lower.goals)
+    stand.played.shaking['joint_1'] = 0.05
+    stand.lower.release()
+    with pytest.raises(AssertionError, match='no result'):
+        stand.arm.ended(handle, timeout=0.7)
+    ended = stand.arm.ended(handle)
+    stand.played.shaking.clear()
+    assert ended.code == 'SUCCESS'
+    stand.program.wait_for_line('the robot still moves 1 s after the trajectory has ended')
+
+
 @pytest.mark.statement('EXE-8', 'PAR-5')
 def test_the_duration_monitor_can_be_switched_off(stand: Stand) -> None:
     """Without it a slow controller is waited for."""
