@@ -307,30 +307,33 @@ def _ordered(contexts: Collection[str], path: str, budget: float) -> tuple[list[
     """Return the tests to run, in order, and how long they take without a mutant [s]."""
     durations: Mapping[str, float] = json.loads(DURATIONS.read_text())
     # Programs may belong to all tests of a room, those of one test to the others as well.
-    rooms = tuple({f'{Path(*Path(context).parent.parts[:3])}/' for context in contexts
-                   if '::' not in context})
-    tests = {test for test in durations if test in contexts or test.startswith(rooms)}
+    rooms = {_room(context) for context in contexts if '::' not in context}
+    tests = {test for test in durations if test in contexts or _room(test) in rooms}
     names = _names(path)
     far = {test: -len(names & _names(test.partition('::')[0])) for test in tests}
     chosen: list[str] = []
     total = 0.0
-    folders: dict[str, float] = {}  # whose tests may share a stack
+    taken: dict[str, float] = {}  # by rooms, whose tests may share a stack
     for test in sorted(tests, key=lambda test: (far[test], durations[test])):
-        folder = test.partition('::')[0].rpartition('/')[0]
+        room = _room(test)
         seconds = durations[test] + (
-            START if folder not in folders and folder.startswith(WITH_PROGRAMS) else 0.0)
+            START if room not in taken and room.startswith(WITH_PROGRAMS) else 0.0)
         if chosen and total + seconds > budget:
             continue
         chosen.append(test)
         total += seconds
-        folders[folder] = folders.get(folder, 0.0) + seconds
+        taken[room] = taken.get(room, 0.0) + seconds
     places = {test: number for number, test in enumerate(durations)}
 
     def rank(test: str) -> tuple[float, str, int]:
-        file = test.partition('::')[0]
-        return folders[file.rpartition('/')[0]], file, places[test]
+        return taken[_room(test)], test.partition('::')[0], places[test]
 
     return sorted(chosen, key=rank), total
+
+
+def _room(test: str) -> str:
+    """Return the folder that may have a stack for its tests."""
+    return str(Path(*Path(test.partition('::')[0]).parent.parts[:3]))
 
 
 def _names(path: str) -> set[str]:

@@ -130,6 +130,26 @@ def test_parameters_are_read_and_set(viewer, peer):
     assert seen[0]['value'] >= 3.0
 
 
+def wait_for_publishers(peer, topic, count):
+    """Wait until a topic has so many publishers."""
+    deadline = time.monotonic() + PATIENCE
+    while peer.count_publishers(topic) != count:
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.05)
+
+
+def test_a_clients_channel_is_a_publisher_until_it_is_taken_back(viewer, peer):
+    """Another of the same client stays."""
+    viewer.send('advertise', channels=[
+        {'id': number, 'topic': f'/channel_{number}', 'encoding': 'cdr',
+         'schemaName': 'std_msgs/msg/String'} for number in (1, 2)])
+    wait_for_publishers(peer, '/channel_1', 1)
+    wait_for_publishers(peer, '/channel_2', 1)
+    viewer.send('unadvertise', channelIds=[1, 3])
+    wait_for_publishers(peer, '/channel_1', 0)
+    assert peer.count_publishers('/channel_2') == 1
+
+
 def test_clients_publish_and_call(viewer, peer):
     """Serialized or as JSON."""
     got, arrived = [], threading.Semaphore(0)
@@ -139,10 +159,7 @@ def test_clients_publish_and_call(viewer, peer):
                  'schemaName': 'std_msgs/msg/String'}
                 for number, encoding in ((1, 'cdr'), (2, 'json'))]
     viewer.send('advertise', channels=channels)
-    deadline = time.monotonic() + PATIENCE
-    while peer.count_publishers('/commanded') < 2:
-        assert time.monotonic() < deadline
-        threading.Event().wait(0.05)
+    wait_for_publishers(peer, '/commanded', 2)
     threading.Event().wait(0.3)
     viewer.connection.send(struct.pack('<BI', 1, 1) + serialize_message(String(data='cdr')))
     assert arrived.acquire(timeout=PATIENCE)
