@@ -119,6 +119,8 @@ def test_a_pose_goal_is_planned_and_executed(agent: Agent) -> None:
 
 def test_a_straight_line_is_planned_and_executed(agent: Agent) -> None:
     """A Cartesian path is complete, and keeps its speed scaling."""
+    assert agent.execute(agent.run(agent.backend.plan_to_joints(BENT, 0.5, 0.5))).success
+    assert agent.comes_to(lambda: agent.positions, BENT)
     start = agent.run(agent.backend.forward_kinematics(agent.positions))
     position = start.position.model_copy(update={'z': start.position.z - 0.03})
     target = start.model_copy(update={'position': position})

@@ -26,7 +26,7 @@ START_TIMEOUT = 60.0
 CALMER = 'overrides:={simulation.clock_rate: 50}'
 #: Once all programs of this machine are known, the topics of one may still be on their way; what a
 #: command waits beyond that is for programs that start beside it [s].
-PATIENCE = 0.5
+PATIENCE = 1.5
 SOURCES = Path(__file__).parents[3] / 'ros2'
 
 

@@ -61,4 +61,6 @@ def test_what_is_missing_is_named(arm: Streamed, cell: Cell) -> None:
         assert topic.age == math.inf
     with pytest.raises(ControllerError, match=r'velocity_stream.*joint_6.*position_stream'):
         StreamedArm(arm.client, cell, controller='velocity_stream')
+    with pytest.raises(SimulationError, match=r"'/nowhere/image' within .* camera:=true"):
+        StreamedArm(arm.client, cell, cameras={'front': '/nowhere/image'}, timeout=0.5)
     assert active(arm) == {ARM}

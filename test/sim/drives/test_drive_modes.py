@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.robot_model import JointLimits
+from armsim_ros.model.robot_model import JointLimits, JointType, Mimic
+from armsim_ros.sim.drives.reference import fingers_driven
 from armsim_ros.sim.simulation import Simulation
 
 
@@ -173,6 +174,20 @@ def test_a_limit_of_zero_is_no_limit(make_arm, claim):
     simulation.command.position[2] = 0.5
     run(simulation, 100)
     assert simulation.state.position[2] == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize(('follower', 'fingers'), [
+    (None, 1.0), (JointType.REVOLUTE, 1.0), (JointType.PRISMATIC, 3.0)])
+def test_a_slide_drives_itself_and_the_slides_that_follow_it(arm, follower, fingers):
+    """A joint that turns has no finger, whatever follows it."""
+    joints = dict(arm.joints)
+    joints['elbow'] = replace(joints['elbow'], type=JointType.PRISMATIC)
+    if follower is not None:
+        joints['wrist'] = replace(
+            joints['wrist'], type=follower, mimic=Mimic('elbow', -2.0, 0.0))
+    model = replace(arm, joints=joints)
+    driven = dict(zip(model.active_joints, fingers_driven(model).tolist(), strict=True))
+    assert (driven['shoulder'], driven['elbow']) == (1.0, fingers)
 
 
 def test_a_mimic_joint_follows(mimic_arm, claim, follow, quintic):

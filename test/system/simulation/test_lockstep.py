@@ -171,6 +171,7 @@ def test_half_a_minute_of_a_resting_arm(stack):
 
 def test_a_dump_has_the_last_seconds(stack):
     """The recording on request has joint states up to now, readable by the mcap library."""
+    stack.step(10_000)
     path = Path(stack.trigger('dump'))
     with path.open('rb') as stream:
         times = [message.log_time for _, _, message in make_reader(stream).iter_messages(

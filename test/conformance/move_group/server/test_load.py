@@ -50,7 +50,7 @@ def in_time(call: Callable[[], Any]) -> Any:
 @pytest.mark.statement('SRV-51', 'SRV-62', 'PAR-1')
 def test_settings_edits_and_questions_during_a_plan(arm: Any, long_plan: Any) -> None:
     """Parameters, planner settings, scene edits and queries never wait for a plan."""
-    params = SetPlannerParams.Request(planner_config='RRTConnect')
+    params = SetPlannerParams.Request(planner_config='EST', group=arm.group)
     params.params.keys, params.params.values, params.params.descriptions = ['range'], ['0.1'], ['']
     for k in range(5):
         in_time(lambda: arm.client.call(arm.name('set_planner_params'), SetPlannerParams, params))

@@ -113,7 +113,8 @@ def mistaken(servers: Servers) -> LoneServer:
 def played(started: LoneServer) -> Iterator[PlayedArm]:
     """Publish joint states for one test."""
     player = started.play(START, '/elsewhere/joint_states')
-    player.arm.joint_states.wait(1)
+    player.arm.joint_states.clear()
+    player.arm.joint_states.wait(3)
     yield player
     player.silence()
 
