@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A joystick's messages become twists, and a policy's node has its topics."""
 
+from dataclasses import astuple
 from types import SimpleNamespace
 
 import pytest
@@ -69,3 +70,10 @@ def test_a_policy_is_activated_by_its_service(ros):
     with pytest.raises(ValueError, match='sensor_msgs/Image'):
         policy.get_sensor_msg_type('sensor_msgs/PointCloud2')
     policy.destroy_node()
+
+
+def test_places_of_axes_and_buttons_are_those_of_the_driver():
+    """As in moveit_py/moveit/servo_client/devices/ps4_dualshock.py."""
+    assert astuple(devices.DualShockAxes()) == tuple(range(8))
+    buttons = astuple(devices.DualShockButtons())
+    assert buttons == tuple(range(len(buttons)))

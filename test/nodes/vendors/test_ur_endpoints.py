@@ -1,0 +1,57 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topic of ``ur_controllers/FreedriveModeController``."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+from std_msgs.msg import Bool
+
+from armsim_ros.nodes.vendors.ur_endpoints import Freedrive
+
+
+class Arm:
+    """An arm that is in freedrive or not, and what was warned of."""
+
+    def __init__(self, freedrive, obstacle):
+        self.freedrive, self.obstacle = freedrive, obstacle
+        self.warnings, self.receive = [], None
+
+    def set_freedrive(self, on):
+        """Be in freedrive or not."""
+        self.freedrive = on
+
+    async def change(self, do):
+        """Do it at once."""
+        do()
+
+    def hear(self, value, active=True):
+        """Receive a message."""
+        Freedrive(
+            SimpleNamespace(arm=self, time_ns=5, change=self.change),
+            SimpleNamespace(active=active, events=SimpleNamespace(
+                warn=lambda time_ns, text: self.warnings.append(text))),
+            SimpleNamespace(create_subscription=lambda kind, name, receive, depth: setattr(
+                self, 'receive', receive)))
+        asyncio.run(self.receive(Bool(data=value)))
+
+
+@pytest.mark.parametrize(('before', 'obstacle', 'value', 'after'), [
+    (False, '', True, True), (True, '', False, False),
+    (False, 'a protective stop', True, False), (True, 'a protective stop', False, False)])
+def test_freedrive_begins_unless_something_is_in_its_way_and_always_ends(
+    before, obstacle, value, after
+):
+    """What is in its way is a warning."""
+    arm = Arm(before, obstacle)
+    arm.hear(value)
+    assert arm.freedrive is after
+    assert arm.warnings == ([f'no freedrive: {obstacle}'] if value and obstacle else [])
+
+
+def test_an_inactive_controller_changes_nothing():
+    """Without a warning."""
+    arm = Arm(False, '')
+    arm.hear(True, active=False)
+    assert (arm.freedrive, arm.warnings) == (False, [])
