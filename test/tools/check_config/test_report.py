@@ -63,6 +63,7 @@ def test_the_flags_of_spawn_model_become_arguments(user, capsys):
     assert ('bringup robot:=arm namespace:=left x:=1 y:=2 z:=3 initial_positions:=j1=0.5,j2=-0.5, '
             'and placement: {rpy: [0.0, 0.0, 1.5]} in simulation.yaml') in text
     assert "'-speed' is not a flag of spawn_model" in text
+    assert text.count('is not a flag of spawn_model') == 1
 
 
 def test_each_key_with_what_it_does(user, capsys):
