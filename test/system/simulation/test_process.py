@@ -27,7 +27,7 @@ CONTROLLERS = 'trajectory_control.yaml'
 
 @pytest.fixture(scope='module')
 def two(ros_domain: int) -> Iterator[dict[str, Program]]:
-    """Run two simulations of one domain, each in a namespace of its own."""
+    """Run two simulations of one domain, each in its namespace, until a later test ends them."""
     with (
         start_program('simulation', ros_domain, 'namespace:=left') as left,
         start_program('simulation', ros_domain, 'namespace:=right') as right,

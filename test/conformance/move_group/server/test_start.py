@@ -121,7 +121,11 @@ def played(started: LoneServer) -> Iterator[PlayedArm]:
 
 @pytest.mark.statement('ACT-2', 'BOOT-3')
 def test_no_state_ever(started: LoneServer) -> None:
-    """move_group starts without joint states; a plan is -23 and names the topic."""
+    """
+    move_group starts without joint states; a plan is -23 and names the topic.
+
+    The tests behind this one publish some.
+    """
     silent = started.play({}, '/nowhere/joint_states')
     silent.silence()
     code = silent.arm.refused(GOAL)
