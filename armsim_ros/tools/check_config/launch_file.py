@@ -16,7 +16,8 @@ from armsim_ros.model.description.xacro_text import read_text
 from armsim_ros.model.description.xml_tree import parse_xml, XmlElement
 
 #: Flag -> how many words follow it.
-_FLAGS = {'-urdf': 0, '-sdf': 0, '-unpause': 0, '-wait': 1, '-model': 1, '-param': 1, '-file': 1,
+_FLAGS = {'-urdf': 0, '-sdf': 0, '-gazebo': 0, '-unpause': 0, '-wait': 1, '-model': 1,
+          '-param': 1, '-file': 1, '-database': 1, '-namespace': 1,
           '-x': 1, '-y': 1, '-z': 1, '-R': 1, '-P': 1, '-Y': 1, '-J': 2, '-b': 0,
           '-robot_namespace': 1, '-gazebo_namespace': 1, '-reference_frame': 1,
           '-package_to_model': 0}
@@ -60,7 +61,7 @@ def answer_spawn_model(element: XmlElement) -> Iterator[Problem]:
             turned[_TURNED[flag]] = _number(values[0])
         elif flag == '-J':
             joints.append(f'{values[0]}={values[1]}')
-        elif flag == '-robot_namespace':
+        elif flag in ('-robot_namespace', '-namespace'):
             arguments.append(f'namespace:={values[0].strip("/")}')
         elif flag == '-file':
             arguments.append(f'urdf:={values[0]}')

@@ -51,11 +51,12 @@ def test_launch_files_are_answered_and_their_slips_told(user, capsys):
 
 
 def test_the_flags_of_spawn_model_become_arguments(user, capsys):
-    """Each with its values; gazebo_ros/scripts/spawn_model has the same flags (parse_args)."""
+    """Each flag takes as many values as upstream's (gazebo_ros/scripts/spawn_model)."""
     (user / 'robot.launch').write_text("""<launch>
   <node name="spawn" pkg="gazebo_ros" type="spawn_model" args="-urdf -param robot_description
     -gazebo_namespace /gazebo -reference_frame world -unpause -wait table -package_to_model -b
-    -model arm -robot_namespace /left -x 1 -y 2 -z 3 -Y 1.5 -J j1 0.5 -J j2 -0.5 -speed"/>
+    -database none -model arm -namespace /left -x 1 -y 2 -z 3 -Y 1.5 -J j1 0.5 -J j2 -0.5
+    -speed"/>
 </launch>
 """)
     main([str(user)])
