@@ -8,9 +8,10 @@ Change the package in random places and report the changes that no test notices.
 
 The tests run once with coverage, which takes a while and is repeated only when the tree has
 changed. Each mutant is tested in a copy of the tree below ``build/mutants`` by the tests that
-execute its line (or, of a line that the import executes, any line of its file): those whose
-folders and file have the same names, and the quickest of the others, until one fails, which is
-printed. That it passes without the mutant is tested, too. The mutations are those of cosmic-ray.
+execute its line (or, of a line that the import executes, any line of its file). Up to the budget,
+tests whose paths share the most names with the changed file are chosen first, then the quickest.
+The first test that fails is printed, once it has passed without the mutant. The mutations are
+those of cosmic-ray.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ class Outcome:
 
     :param outcome: ``killed``, ``survived`` or ``uncovered``.
     :param tests: how many were chosen.
-    :param by: the test that failed, or ``time``.
+    :param by: the test that failed, ``time``, or a status of pytest.
     """
 
     place: Place
@@ -93,7 +94,7 @@ def main() -> int:
     parser.add_argument('--count', type=int, default=300, help='mutants [300]')
     parser.add_argument('--seed', type=int, default=0, help='chooses the places [0]')
     parser.add_argument('--only', nargs='*', default=[''], metavar='PATH',
-                        help='rooms or files below armsim_ros/')
+                        help='folders or files below armsim_ros/')
     parser.add_argument('--budget', type=float, default=120.0, metavar='S',
                         help='undisturbed duration of the tests of a mutant [120 s]')
     parser.add_argument('--tests', nargs='*', default=['test'], metavar='PATH',
@@ -193,7 +194,7 @@ def _coverage(tests: Sequence[str]) -> Mapping[tuple[str, int], set[str]]:
 def _environment(tree: Path) -> dict[str, str]:
     """Return an environment in which a copy wins over the installed package."""
     path = [str(tree), str(tree / 'scripts'), os.environ.get('PYTHONPATH', '')]
-    domain = int(os.environ.get('ROS_DOMAIN_ID', 50)) + int(tree.name[4:])
+    domain = int(os.environ.get('ROS_DOMAIN_ID', 50)) + int(tree.name.removeprefix('tree'))
     return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, path)),
             'ROS_DOMAIN_ID': str(domain),
             'TEST_DURATIONS': str(DURATIONS), 'PYTHONDONTWRITEBYTECODE': '1'}
@@ -290,7 +291,7 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
             by = _killer(tests, tree, limit)
         finally:
             path.write_text(source)
-        # A test may need one that was not chosen.
+        # A test may depend on one that was not chosen.
         until = tests[:tests.index(by) + 1] if by in tests else tests
         if not by or not _killer(until, tree, limit):
             break
@@ -306,32 +307,32 @@ def _test(place: Place, tree: Path, covering: Mapping[tuple[str, int], set[str]]
 def _ordered(contexts: Collection[str], path: str, budget: float) -> tuple[list[str], float]:
     """Return the tests to run, in order, and how long they take without a mutant [s]."""
     durations: Mapping[str, float] = json.loads(DURATIONS.read_text())
-    # Programs may belong to all tests of a room, those of one test to the others as well.
-    rooms = {_room(context) for context in contexts if '::' not in context}
-    tests = {test for test in durations if test in contexts or _room(test) in rooms}
+    # Tests of a folder may share a program, whose lines count for the test that started it.
+    folders = {_folder(context) for context in contexts if '::' not in context}
+    tests = {test for test in durations if test in contexts or _folder(test) in folders}
     names = _names(path)
     far = {test: -len(names & _names(test.partition('::')[0])) for test in tests}
     chosen: list[str] = []
     total = 0.0
-    taken: dict[str, float] = {}  # by rooms, whose tests may share a stack
+    taken: dict[str, float] = {}  # by folder; starting its stack counts once
     for test in sorted(tests, key=lambda test: (far[test], durations[test])):
-        room = _room(test)
+        folder = _folder(test)
         seconds = durations[test] + (
-            START if room not in taken and room.startswith(WITH_PROGRAMS) else 0.0)
+            START if folder not in taken and folder.startswith(WITH_PROGRAMS) else 0.0)
         if chosen and total + seconds > budget:
             continue
         chosen.append(test)
         total += seconds
-        taken[room] = taken.get(room, 0.0) + seconds
+        taken[folder] = taken.get(folder, 0.0) + seconds
     places = {test: number for number, test in enumerate(durations)}
 
     def rank(test: str) -> tuple[float, str, int]:
-        return taken[_room(test)], test.partition('::')[0], places[test]
+        return taken[_folder(test)], test.partition('::')[0], places[test]
 
     return sorted(chosen, key=rank), total
 
 
-def _room(test: str) -> str:
+def _folder(test: str) -> str:
     """Return the folder that may have a stack for its tests."""
     return str(Path(*Path(test.partition('::')[0]).parent.parts[:3]))
 

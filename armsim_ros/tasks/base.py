@@ -63,8 +63,8 @@ class TaskEnv(ArmEnv):
     :param period: time of a step [s].
     :param randomize: ``default``, ``none``, or ranges over the default, see ``ArmEnv``; also
         ``target.xyz``, ``camera.NAME.{xyz, rpy, focal}`` and ``light.{xyz, color}``.
-    :param reward_type: ``sparse``: 1 in success, else 0; ``dense``: between -1 and
-        0 until then, the more the less is left to do.
+    :param reward_type: ``sparse``: 1 in success, else 0; ``dense``: 1 in success, else
+        between -1 and 0, growing as the remaining distance shrinks.
     :param render_mode: ``rgb_array`` for pictures.
     :param max_episode_steps: after so many the environment itself truncates the episode; 0 leaves
         that to the wrapper of ``gymnasium.make``.

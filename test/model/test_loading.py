@@ -80,7 +80,7 @@ joint_limits:
 
 
 def test_a_range_of_a_joint_without_end_is_reported(folder):
-    """A continuous joint has no range, in plans either: robot_model.cpp, computeBounds."""
+    """A continuous joint has no position limits (robot_model_loader.cpp, canSpecifyPosition)."""
     text = load(folder)[0].urdf
     (folder / 'sunday.urdf.xacro').unlink()
     head = '<joint name="joint_6" type="revolute">'

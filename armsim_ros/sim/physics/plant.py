@@ -324,7 +324,7 @@ class Plant:
         self.model.opt.enableflags = flags
 
     def _begin(self) -> None:
-        # What the drives made of positions was meant for others.
+        # The present inputs belong to the previous positions.
         slack = np.zeros(len(self._given))
         self.drive(slack)
         self.tune(slack, slack)

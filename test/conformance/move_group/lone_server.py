@@ -108,10 +108,11 @@ class PlayedArm:
         )
 
     def publish(self) -> None:
-        """Publish the positions once; those of shaking joints go to and fro by an angle [rad]."""
-        for name, angle in self.shaking.items():
+        """Publish the positions once; those of shaking joints alternate by an angle [rad]."""
+        shaking = self.shaking  # another thread may replace it
+        for name, angle in shaking.items():
             self.positions[name] += angle
-            self.shaking[name] = -angle
+            shaking[name] = -angle
         message = JointState(
             name=list(self.positions), position=[float(p) for p in self.positions.values()]
         )

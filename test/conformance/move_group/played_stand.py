@@ -90,6 +90,7 @@ class Stand:
 
     def reset(self) -> None:
         """Forget what was sent, and let all controllers arrive."""
+        self.played.shaking = {}
         self.played.positions.update(START)
         for one in self.all:
             one.behaviour = 'arrive'

@@ -24,8 +24,7 @@ READY = 'You can start planning now!'
 START_TIMEOUT = 60.0
 #: Half the usual rate of /clock: the robot runs while the tests wait for discovery.
 CALMER = 'overrides:={simulation.clock_rate: 50}'
-#: Once all programs of this machine are known, the topics of one may still be on their way; what a
-#: command waits beyond that is for programs that start beside it [s].
+#: How long a command waits for a name: topics of a known program may be discovered later [s].
 PATIENCE = 1.5
 SOURCES = Path(__file__).parents[3] / 'ros2'
 

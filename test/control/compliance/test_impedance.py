@@ -134,7 +134,7 @@ def test_a_variable_stiffness_of_the_admittance(compliant):
 @pytest.mark.parametrize(('position', 'torque'), [
     (0.85, 0.0), (0.95, -2.5), (1.3, -5.0), (-0.95, 2.5), (-1.3, 5.0)])
 def test_a_bound_pushes_back_no_harder_than_requested(compliant, position, torque):
-    """Repulsion grows over its range, and not beyond the bound; none is at a joint without one."""
+    """The torque grows over the safe range, is constant beyond a bound, and 0 without bounds."""
     arm = compliant()
     dynamics = ArmDynamics(arm.sim.cell.robots[0].model, JOINTS, 'panda_hand_tcp', 'panda_link0')
     positions = np.full(7, position)
@@ -151,7 +151,7 @@ def test_a_bound_pushes_back_no_harder_than_requested(compliant, position, torqu
 
 
 def test_a_slide_is_as_inert_as_what_it_carries(panda):
-    """What a rotor adds is no part of the dynamics: a finger's inertia is its mass."""
+    """Rotor inertia is not included: the inertia of a finger is its mass."""
     model = panda.robots[0].model
     finger = ArmDynamics(model, ['panda_finger_joint1'], 'panda_leftfinger', 'panda_hand')
     mass = model.links['panda_leftfinger'].inertial.mass

@@ -124,7 +124,7 @@ def test_no_state_ever(started: LoneServer) -> None:
     """
     move_group starts without joint states; a plan is -23 and names the topic.
 
-    The tests behind this one publish some.
+    Must run first: later tests publish joint states to the same server.
     """
     silent = started.play({}, '/nowhere/joint_states')
     silent.silence()

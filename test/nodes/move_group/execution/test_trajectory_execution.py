@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What makes the rest of a motion be checked again."""
+"""What triggers a new check of the remaining path."""
 
 from types import SimpleNamespace
 
@@ -39,8 +39,8 @@ def context():
 
 @pytest.mark.parametrize(('joint', 'position', 'checks'), [
     ('right_1', 0.04, 1), ('right_1', -0.04, 1), ('right_1', 0.02, 0), ('left_1', 0.5, 0)])
-def test_a_motion_of_another_robot_is_looked_at(context, joint, position, checks):
-    """From 0.03 on; the robot's own motion is no reason."""
+def test_a_motion_of_another_robot_triggers_a_check(context, joint, position, checks):
+    """From 0.03 rad on; the motion of the robot itself does not."""
     watch = PathWatch(context, MOTION, 'left', lambda scene: scene)
     assert watch.invalid(0.1) == ''
     context.states.positions[joint] = position
@@ -49,8 +49,8 @@ def test_a_motion_of_another_robot_is_looked_at(context, joint, position, checks
     assert context.checked == [(MOTION, 0.2, 'scene', 'left')] * checks
 
 
-def test_a_change_of_the_scene_is_looked_at(context):
-    """Of objects, or of the frames that they are in."""
+def test_a_change_of_the_scene_triggers_a_check(context):
+    """A change of objects or of frames."""
     watch = PathWatch(context, MOTION, 'left', lambda scene: scene)
     for name in ('geometry_version', 'transform_version'):
         setattr(context.scene, name, 1)
