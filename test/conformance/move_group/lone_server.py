@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+import math
 import re
 import threading
 from types import TracebackType
@@ -98,6 +99,7 @@ class PlayedArm:
         self.positions = dict(joints)
         self.velocities: dict[str, float] = {}
         self.shaking: dict[str, float] = {}
+        self._swing = 0.0
         self.arm: Any = None
         self.shift = 0.0
         self._stamped = stamped
@@ -108,14 +110,18 @@ class PlayedArm:
         )
 
     def publish(self) -> None:
-        """Publish the positions once; those of shaking joints alternate by an angle [rad]."""
+        """
+        Publish the positions once.
+
+        A shaking joint swings by an angle [rad]. Whichever messages a receiver misses, those that
+        it gets differ.
+        """
         shaking = self.shaking  # another thread may replace it
-        for name, angle in shaking.items():
-            self.positions[name] += angle
-            shaking[name] = -angle
+        self._swing += 1.0
         message = JointState(
-            name=list(self.positions), position=[float(p) for p in self.positions.values()]
-        )
+            name=list(self.positions),
+            position=[float(position) + shaking.get(name, 0.0) * math.sin(self._swing)
+                      for name, position in self.positions.items()])
         if self.velocities:
             message.velocity = [self.velocities.get(name, 0.0) for name in message.name]
         if self._stamped:

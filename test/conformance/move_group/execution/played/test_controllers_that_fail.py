@@ -62,7 +62,7 @@ def test_an_arm_that_does_not_come_to_rest(stand: Stand) -> None:
     stand.lower.behaviour = 'late'
     handle = stand.arm.send_execute(stand.trajectory(*LOWER))
     wait_for(lambda: stand.lower.goals)
-    stand.played.shaking = {'joint_1': 0.05}
+    stand.played.shaking = {'joint_1': 0.3}
     stand.lower.release()
     with pytest.raises(AssertionError, match='no result'):
         stand.arm.ended(handle, timeout=0.7)
