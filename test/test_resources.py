@@ -138,3 +138,16 @@ def test_a_world_is_found_with_and_without_its_suffix(install, installed_only, m
         == worlds / 'table.yaml'
     with pytest.raises(ResourceError, match=r'\(included: table; no such path\)'):
         resources.find_world('tabel')
+
+
+def test_a_file_of_a_package_names_those_beside_it(tmp_path):
+    """By a relative path; not a file of a folder that only has the name of a package."""
+    known, stray = tmp_path / 'known' / 'parts', tmp_path / 'stray' / 'parts'
+    for folder in (known, stray):
+        folder.mkdir(parents=True)
+        (folder / 'package.xml').write_text('<package><name>parts</name></package>')
+        (folder / 'a.stl').touch()
+    within = [tmp_path / 'robot']
+    assert resources.resolve_uri('a.stl', [known], base=known, within=within) == known / 'a.stl'
+    with pytest.raises(ResourceError, match="outside of the robot's folders"):
+        resources.resolve_uri('a.stl', [known], base=stray, within=within)
