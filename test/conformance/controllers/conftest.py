@@ -33,6 +33,8 @@ from controller_bench import Bench, TrajectoryController
 ROBOTS = Path(__file__).parent / 'robots'
 NAMESPACE = '/bench'
 START_TIMEOUT = 60.0
+#: All times of these tests are those of messages.
+FAST = 'overrides:={simulation.real_time_factor: 3}'
 #: Services of the manager that most tests call.
 USED = {
     'list_controllers': ListControllers,
@@ -104,7 +106,7 @@ def wait_until_up(bench: Bench) -> None:
 def bench(pytestconfig: pytest.Config, shared_in_folder: Callable[..., Bench]) -> Bench:
     """Give the bench that all tests of the folder share."""
     return shared_in_folder(
-        lambda: serve(pytestconfig, 'bench', NAMESPACE), Path(__file__).parent)
+        lambda: serve(pytestconfig, 'bench', NAMESPACE, FAST), Path(__file__).parent)
 
 
 @pytest.fixture
