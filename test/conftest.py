@@ -88,8 +88,8 @@ def pytest_collection_finish():
 def pytest_sessionfinish(session, exitstatus):
     """Leave what tests shared, then with this status, without a report of leaks of bindings."""
     faulthandler.dump_traceback_later(_PATIENCE_AT_END, exit=True)
-    for shared in session.config.stash[_SHARED].values():
-        shared.close()
+    for stack, _ in session.config.stash[_SHARED].values():
+        stack.close()
     faulthandler.cancel_dump_traceback_later()
     session.config.stash[_END].status = int(exitstatus)
 
@@ -99,7 +99,8 @@ def pytest_runtest_setup(item):
     """Leave what tests of other folders shared."""
     shared = item.config.stash[_SHARED]
     for folder in [folder for folder in shared if not item.path.is_relative_to(folder)]:
-        shared.pop(folder).close()
+        stack, _ = shared.pop(folder)
+        stack.close()
 
 
 @pytest.hookimpl(trylast=True)
@@ -120,41 +121,28 @@ def ros_domain_id():
 
 
 @pytest.fixture(scope='session')
-def until_folder_ends(request):
-    """
-    Return a function that enters a context and leaves it before the first test elsewhere.
-
-    A running stack takes half a core, also from the tests of other folders.
-    """
-    shared = request.config.stash[_SHARED]
-
-    def enter(context, folder):
-        return shared.setdefault(Path(folder), ExitStack()).enter_context(context)
-
-    return enter
-
-
-@pytest.fixture(scope='session')
 def shared_in_folder(request):
     """
     Return a function that gives what the tests of a folder share, entering it for the first.
 
-    What has a ``program`` that runs no more, or never came up, is entered anew: what one test
-    did to it is no fault of the next.
+    It is left before the first test elsewhere: a running stack takes half a core, also from the
+    tests of other folders. Once a ``program`` in it runs no more, all that the folder shares is
+    entered anew: what one test did to it is no fault of the next.
     """
     shared = request.config.stash[_SHARED]
-    given = {}
 
-    def give(enter, folder):
-        folder = Path(folder)
-        program = getattr(given.get(folder), 'program', None)
-        if folder in shared and program is not None and program.process.poll() is not None:
-            shared.pop(folder).close()
-        if folder not in shared:
-            with ExitStack() as stack:
-                given[folder] = stack.enter_context(enter())
-                shared[folder] = stack.pop_all()
-        return given[folder]
+    def give(enter, folder, name=''):
+        stack, given = shared.get(Path(folder)) or (None, {})
+        programs = [getattr(each, 'program', None) for each in given.values()]
+        if any(program is not None and program.process.poll() is not None for program in programs):
+            shared.pop(Path(folder))
+            stack.close()
+            stack = None
+        if stack is None:
+            stack, given = shared[Path(folder)] = ExitStack(), {}
+        if name not in given:
+            given[name] = stack.enter_context(enter())
+        return given[name]
 
     return give
 

@@ -22,7 +22,6 @@ from typing import Any
 from faster import FASTER
 import pytest
 
-from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.program import private_domain, Program, ros_environment
 
 sys.path.append(str(Path(__file__).parent))
@@ -76,12 +75,6 @@ class Server:
         return f'{self.namespace}/{relative}'
 
 
-@pytest.fixture(scope='session')
-def server(pytestconfig: pytest.Config, until_folder_ends: Callable[..., Server]) -> Server:
-    """Start the server once for all tests of move_group."""
-    return until_folder_ends(running_server(pytestconfig), Path(__file__).parent / 'move_group')
-
-
 @contextmanager
 def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
     """Run the server that the command line names."""
@@ -103,15 +96,15 @@ def running_server(pytestconfig: pytest.Config) -> Iterator[Server]:
         yield Server(domain, namespace, program, Path(home))
 
 
+@pytest.fixture(scope='module')
+def server(pytestconfig: pytest.Config, shared_in_folder: Callable[..., Server]) -> Server:
+    """Start the server once for all tests of move_group."""
+    return shared_in_folder(
+        lambda: running_server(pytestconfig), Path(__file__).parent / 'move_group', 'server')
+
+
 @pytest.fixture
 def own_server(pytestconfig: pytest.Config) -> Iterator[Server]:
     """Start a server for one test, which may leave it in any state."""
     with running_server(pytestconfig) as server:
         yield server
-
-
-@pytest.fixture(scope='session')
-def server_client(server: Server, until_folder_ends: Callable[..., ClientNode]) -> ClientNode:
-    """Give a node beside the server, which leaves the domain before that can be leased again."""
-    return until_folder_ends(
-        ClientNode(server.domain, 'conformance'), Path(__file__).parent / 'move_group')

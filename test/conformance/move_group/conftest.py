@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 from pathlib import Path
 import sys
 import threading
@@ -27,19 +27,27 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line('markers', 'statement(*names): the statements that a test checks')
 
 
-@pytest.fixture(scope='session')
-def running(server: Any, server_client: ClientNode) -> ArmBench:
+@pytest.fixture(scope='module')
+def running(server: Any, shared_in_folder: Callable[..., ArmBench]) -> ArmBench:
     """Give the arm of the server under test."""
-    bench = ArmBench(server_client, server.namespace, joint_states_topic(server_client))
-    bench.start = bench.positions()
-    return bench
+    return shared_in_folder(lambda: arm_of(server), Path(__file__).parent, 'arm')
+
+
+@contextmanager
+def arm_of(server: Any) -> Iterator[ArmBench]:
+    """Give the arm of a server; its client leaves the domain before that is leased again."""
+    with ClientNode(server.domain, 'conformance') as client:
+        bench = ArmBench(client, server.namespace, joint_states_topic(client))
+        bench.start = bench.positions()
+        bench.rules = bench.scene()
+        yield bench
 
 
 @pytest.fixture
 def own_arm(own_server: Any) -> Iterator[ArmBench]:
     """Give the arm of a server that no other test uses."""
-    with ClientNode(own_server.domain, 'own') as client:
-        yield ArmBench(client, own_server.namespace, joint_states_topic(client))
+    with arm_of(own_server) as arm:
+        yield arm
 
 
 def joint_states_topic(client: ClientNode) -> str:
@@ -53,10 +61,10 @@ def joint_states_topic(client: ClientNode) -> str:
     raise AssertionError('nobody publishes joint states')
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture
 def rules(running: ArmBench) -> Any:
     """Give the scene that the server starts with."""
-    return running.scene()
+    return running.rules
 
 
 @pytest.fixture
@@ -66,7 +74,7 @@ def arm(running: ArmBench, rules: Any) -> ArmBench:
     return running
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture
 def log(server: Any) -> Program:
     """Give the server's output."""
     if server.program is None:

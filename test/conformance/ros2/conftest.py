@@ -62,10 +62,10 @@ def running_robot() -> Iterator[int]:
         yield domain
 
 
-@pytest.fixture(scope='session')
-def robot(until_folder_ends: Callable[..., int]) -> int:
+@pytest.fixture(scope='module')
+def robot(shared_in_folder: Callable[..., int]) -> int:
     """Start the default robot once for the tests of this folder; gives its domain."""
-    return until_folder_ends(running_robot(), Path(__file__).parent)
+    return shared_in_folder(running_robot, Path(__file__).parent, 'robot')
 
 
 @contextmanager
@@ -77,11 +77,11 @@ def command_process(domain: int) -> Iterator[ProcessPoolExecutor]:
         yield process
 
 
-@pytest.fixture(scope='session')
-def commands(robot: int, until_folder_ends: Callable[..., ProcessPoolExecutor]
+@pytest.fixture(scope='module')
+def commands(robot: int, shared_in_folder: Callable[..., ProcessPoolExecutor]
              ) -> ProcessPoolExecutor:
     """Give the process that runs the commands of this folder."""
-    return until_folder_ends(command_process(robot), Path(__file__).parent)
+    return shared_in_folder(lambda: command_process(robot), Path(__file__).parent, 'commands')
 
 
 @pytest.fixture

@@ -119,10 +119,10 @@ def panda_parameters():
     }
 
 
-@pytest.fixture(scope='session')
-def panda(until_folder_ends):
+@pytest.fixture(scope='module')
+def panda(shared_in_folder):
     """Run the robot; other folders' tests have the graph without it."""
-    return until_folder_ends(closing(Panda()), Path(__file__).parent)
+    return shared_in_folder(lambda: closing(Panda()), Path(__file__).parent, 'panda')
 
 
 @pytest.fixture(scope='session')
@@ -141,10 +141,10 @@ def running_moveit(parameters):
         made.shutdown()
 
 
-@pytest.fixture(scope='session')
-def shared(panda, parameters, until_folder_ends):
+@pytest.fixture(scope='module')
+def shared(panda, parameters, shared_in_folder):
     """Run a MoveItPy for all tests."""
-    return until_folder_ends(running_moveit(parameters), Path(__file__).parent)
+    return shared_in_folder(lambda: running_moveit(parameters), Path(__file__).parent, 'moveit')
 
 
 @pytest.fixture
