@@ -34,7 +34,7 @@ ROBOTS = Path(__file__).parent / 'robots'
 NAMESPACE = '/bench'
 START_TIMEOUT = 60.0
 #: All times of these tests are those of messages.
-FAST = 'overrides:={simulation.real_time_factor: 3}'
+FAST = 'overrides:={simulation.real_time_factor: 2}'
 #: Services of the manager that most tests call.
 USED = {
     'list_controllers': ListControllers,
