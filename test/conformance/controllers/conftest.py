@@ -88,7 +88,7 @@ def serve(config: Any, robot: str, namespace: str, *arguments: str) -> Iterator[
                 yield bench
         finally:
             if program is not None:
-                program.stop()
+                program.stop(START_TIMEOUT)
 
 
 def wait_until_up(bench: Bench) -> None:
