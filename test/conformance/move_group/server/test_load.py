@@ -25,18 +25,26 @@ SLOW = {'max_velocity_scaling_factor': 0.05, 'max_acceleration_scaling_factor': 
 
 @pytest.fixture
 def long_plan(arm: Any) -> Iterator[Any]:
-    """Have a plan made that takes a minute, round a wall; cancel it afterwards."""
+    """Have a plan made that takes all of its minute, round a wall; cancel it afterwards."""
+    set_planner(arm, 'RRTstar', anytime='true')
     assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
     between = arm.pose(arm.near(0.4))
     wall = thing('wall', between.header.frame_id, [box(0.02, 0.02, 0.02)], pose=between.pose)
     assert arm.add(wall)
     handle = arm.send_move(
-        arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0,
-        num_planning_attempts=8,
-    )
+        arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0)
     yield handle
     arm.cancel(handle)
     assert arm.ended(handle, timeout=20.0).status == CANCELED
+    set_planner(arm, 'RRTstar', anytime='false')
+
+
+def set_planner(arm: Any, planner: str, **settings: str) -> None:
+    """Set parameters of a planner, for the group alone."""
+    request = SetPlannerParams.Request(planner_config=planner, group=arm.group)
+    request.params.keys, request.params.values = list(settings), list(settings.values())
+    request.params.descriptions = [''] * len(settings)
+    arm.client.call(arm.name('set_planner_params'), SetPlannerParams, request)
 
 
 def in_time(call: Callable[[], Any]) -> Any:
@@ -50,10 +58,8 @@ def in_time(call: Callable[[], Any]) -> Any:
 @pytest.mark.statement('SRV-51', 'SRV-62', 'PAR-1')
 def test_settings_edits_and_questions_during_a_plan(arm: Any, long_plan: Any) -> None:
     """Parameters, planner settings, scene edits and queries never wait for a plan."""
-    params = SetPlannerParams.Request(planner_config='EST', group=arm.group)
-    params.params.keys, params.params.values, params.params.descriptions = ['range'], ['0.1'], ['']
     for k in range(5):
-        in_time(lambda: arm.client.call(arm.name('set_planner_params'), SetPlannerParams, params))
+        in_time(lambda: set_planner(arm, 'EST', range='0.1'))
         assert in_time(lambda k=k: arm.parameters.set('planning_seed', k)) == ''
         assert in_time(lambda: arm.add(thing('crate', arm.frame, [box(.1, .1, .1)], pose=at(2.))))
         assert in_time(lambda: name_of(arm.fk([arm.tip]).error_code)) == 'SUCCESS'
