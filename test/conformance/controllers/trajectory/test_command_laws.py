@@ -156,7 +156,7 @@ def test_pace(arm: TrajectoryController, factor: float) -> None:
     """Trajectory time advances by factor * period; the factor is published."""
     arm.set_speed(factor)
     try:
-        goal = arm.goal(arm.to([0.2, 0.2], 0.2))
+        goal = arm.goal(arm.to([0.2, 0.2], 0.4 * max(factor, 0.5)))
         first, *_, last = goal.wait_for_feedback(2)
         assert goal.result().status == SUCCEEDED
         last = goal.feedback[-1]
