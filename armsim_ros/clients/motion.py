@@ -116,7 +116,7 @@ def stamped_pose(frame: str, pose: Matrix) -> PoseStamped:
 _EVENT = '/trajectory_execution_event'
 _CANCEL = '/_action/cancel_goal'
 #: How long the event of a stop waits for the answers to its requests [s].
-_EVENT_LATEST = 0.2
+EVENT_LATEST = 0.2
 _MOVING = ('control_msgs/action/', 'moveit_msgs/action/')
 
 
@@ -165,9 +165,17 @@ class Stopper:
         responses: list[Future[Any]] = []
         try:
             for action in self.actions() if actions is None else actions:
-                responses.append(self._client.call(CancelGoal, action + _CANCEL))
+                responses.append(self.cancel(action))
             # A goal that the event has ended is not counted as cancelled.
-            wait(responses, _EVENT_LATEST)
+            wait(responses, EVENT_LATEST)
         finally:
-            self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))
+            self.send_event()
         return responses
+
+    def cancel(self, action: str) -> Future[Any]:
+        """Ask an action to cancel all its goals; return its response to be, of CancelGoal."""
+        return self._client.call(CancelGoal, action + _CANCEL)
+
+    def send_event(self) -> None:
+        """Have move_group end its executions, also those of other programs than its clients."""
+        self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))

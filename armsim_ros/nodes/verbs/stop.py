@@ -9,7 +9,7 @@ from concurrent.futures import Future
 import time
 from typing import Any
 
-from armsim_ros.clients.motion import Stopper
+from armsim_ros.clients.motion import EVENT_LATEST, Stopper
 from armsim_ros.clients.ros_client import RosClient
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.verbs.terminal import parser, read, show, until, wait
@@ -33,14 +33,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         answers: dict[str, Future[Any]] = {}
         until(stopper.prepare, words.timeout, 'an action that moves')
         start = last = time.monotonic()
+        said = False
         while True:
             now = time.monotonic()
             others = [action for action in stopper.prepare() or () if action not in answers]
             found = [action for action in others if stopper.hears(action)]
-            if found:
-                answers.update(zip(found, stopper.stop(found), strict=True))
-                last = now
-            elif (not others and now - last > _QUIET) or now - start > words.timeout:
+            for action in found:
+                answers[action] = stopper.cancel(action)
+                last, said = now, False
+            ends = (not others and now - last > _QUIET) or now - start > words.timeout
+            # Not between two of them: a goal that it ends first is not counted.
+            if not said and (ends or now - last > EVENT_LATEST):
+                stopper.send_event()
+                said = True
+            if ends:
                 break
             time.sleep(_PERIOD)
         ended, silent = 0, others
@@ -49,7 +55,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 ended += len(wait(answer, 2.0, name).goals_canceling)
             except ArmsimError:
                 silent.append(name)
-    text = f'{ended} goals are being stopped' if ended != 1 else '1 goal is being stopped'
+    text = {0: 'no goal is active', 1: '1 goal is being stopped'}.get(
+        ended, f'{ended} goals are being stopped')
     if silent:
         text += f"; no answer from {', '.join(silent)}"
     show({'stopped': ended, 'silent': silent}, words.json, text)
