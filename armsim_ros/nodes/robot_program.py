@@ -85,6 +85,8 @@ def serve(module: str, name: str, argv: Sequence[str] | None, *, watched: bool =
         # What does not fit into the pipe while bringup is stopped is lost; we are not.
         for descriptor in (1, 2):
             os.set_blocking(descriptor, False)
+    # Its search reads the metadata of all packages that are installed, for plugins of its own.
+    os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     gc.disable()
     signals = StopSignals()
     log_lost_answers()

@@ -3,8 +3,8 @@
 """
 TOPP-RA on a path of pieces.
 
-Kept apart because importing toppra takes time: 0.9 s as it is, 0.26 s without plots and splines
-through waypoints, which are not needed here and are imported later.
+Kept apart because importing toppra takes time: 0.9 s as it is, a tenth without plots, splines
+through waypoints and other solvers' matrices, which are not needed here and are imported later.
 """
 
 from __future__ import annotations
@@ -80,7 +80,9 @@ def imported_later(*modules: str) -> Iterator[None]:
                 del sys.modules[name]
 
 
-with imported_later('matplotlib', 'matplotlib.pyplot', 'scipy.interpolate'):
+with imported_later(
+    'matplotlib', 'matplotlib.pyplot', 'scipy', 'scipy.interpolate', 'scipy.sparse'
+):
     from toppra.constraint import DiscretizationType, LinearConstraint
     from toppra.solverwrapper.cy_seidel_solverwrapper import seidelWrapper
 
