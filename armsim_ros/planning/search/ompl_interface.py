@@ -29,22 +29,19 @@ def seed_search(seed: int) -> None:
 
 def solve_with_ompl(
     space: JointSpace, choice: PlannerChoice, start: Vector, goals: Sequence[Vector],
-    given_up: Callable[[], bool], over: Callable[[], bool], log: Log,
+    stop: Callable[[], bool], log: Log,
 ) -> Matrix | None:
     """
     Return the states (k, m) of a path to any of the goals; None where there is none in time.
 
-    :param given_up: whether to stop without a path; a planner that has a path and goes on makes
-        it shorter, and that takes what time there is.
-    :param over: whether to stop in any case.
+    A planner that shortens paths, such as RRTstar, goes on until it is stopped.
+
+    :param stop: whether the search is to end, with a path or without.
     """
     checks = _Checks(space)
     information = _information(space, checks)
     planner = make_planner(choice, information, space.extension, log)
     definition = _problem(information, start, goals)
-
-    def stop() -> bool:
-        return over() or (given_up() and not definition.hasExactSolution())
 
     if choice.type in THREADED:
         # A thread of its own asks the condition as well, and would wait for Python's lock, which

@@ -193,9 +193,6 @@ def _solve(
     """
     planner, budget = problem.planner, problem.budget
 
-    def given_up() -> bool:
-        return most_motions is not None and space.motions > most_motions
-
     def stop() -> bool:
         return (most_motions is not None and space.motions > most_motions) or budget.spent()
 
@@ -207,7 +204,7 @@ def _solve(
         found = trees.find(problem.start, problem.goals, stop, shorter_than)
     else:
         found = solve_with_ompl(
-            space, planner, problem.start, problem.goals, given_up, budget.spent, problem.log)
+            space, planner, problem.start, problem.goals, stop, problem.log)
     budget.check(_SOURCE)
     if found is None:
         return None

@@ -15,11 +15,11 @@ from armsim_ros.planning.search.planners import PlannerTable
 @pytest.fixture
 def planned(wall, plan_for, clock):
     """Return a function that plans around the wall with an RRTConnect of some settings."""
-    def plan(cancelled=lambda: False, **parameters):
+    def plan(cancelled=lambda: False, time=1.0, **parameters):
         settings = PlanningSettings(planners=PlannerTable(
             {'arm': {'type': 'geometric::RRTConnect', **parameters}}))
         return plan_for(wall, settings).plan(
-            request(joint_goal(RIGHT), allowed_planning_time=1.0), wall, clock=clock,
+            request(joint_goal(RIGHT), allowed_planning_time=time), wall, clock=clock,
             cancelled=cancelled)
     return plan
 
@@ -60,6 +60,14 @@ def test_other_planners_have_no_adaptive_domains(planned, log):
 def test_an_answer_comes_at_once(planned):
     """By default the first path is the answer; the allowed time is not used up."""
     assert planned().planning_time < 0.5
+
+
+@pytest.mark.parametrize('kind', ['AORRTC', 'InformedRRTstar', 'RRTstar'])
+def test_a_planner_that_shortens_takes_a_small_part_of_a_long_time(planned, kind):
+    """It stops after as many motions as another search that finds nothing."""
+    answer = planned(type=f'geometric::{kind}', adaptive_domains=False, time=20.0)
+    assert answer.success
+    assert answer.planning_time < 2.0
 
 
 def test_anytime_uses_the_time_for_a_shorter_path(planned):
