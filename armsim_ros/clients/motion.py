@@ -177,5 +177,5 @@ class Stopper:
         return self._client.call(CancelGoal, action + _CANCEL)
 
     def send_event(self) -> None:
-        """Have move_group end its executions, also those of other programs than its clients."""
+        """Have move_group end all that it executes."""
         self._client.in_thread(lambda: self._publisher.publish(String(data='stop')))

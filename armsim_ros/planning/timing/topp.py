@@ -3,7 +3,7 @@
 """
 TOPP-RA on a path of pieces.
 
-Kept apart because importing toppra takes time: 0.9 s as it is, a tenth without plots, splines
+Kept apart because importing toppra takes time: 0.9 s as it is, 0.1 s without plots, splines
 through waypoints and other solvers' matrices, which are not needed here and are imported later.
 """
 

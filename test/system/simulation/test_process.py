@@ -95,7 +95,7 @@ def test_a_running_goal_ends_with_the_simulation(
     assert result.result().error_string == 'the simulation is shutting down'
 
 
-@pytest.mark.alone  # beside others a second passes before the process is scheduled
+@pytest.mark.alone  # its second is a promise, which a loaded machine cannot keep
 def test_a_signal_ends_it_with_status_0(two: dict[str, Program]) -> None:
     """After SIGTERM a simulation at rest leaves within a second, without a traceback."""
     program = two['right']

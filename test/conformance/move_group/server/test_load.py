@@ -35,8 +35,8 @@ def long_plan(arm: Any) -> Iterator[Any]:
         arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0)
     yield handle
     arm.cancel(handle)
-    assert arm.ended(handle, timeout=20.0).status == CANCELED
     set_planner(arm, 'RRTstar', anytime='false')
+    assert arm.ended(handle, timeout=20.0).status == CANCELED
 
 
 def set_planner(arm: Any, planner: str, **settings: str) -> None:
