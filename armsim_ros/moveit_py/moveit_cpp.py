@@ -291,7 +291,7 @@ class MoveItCpp:
         context, execution = self.context, self.execution
 
         async def end() -> None:
-            context.ending = 'the script has ended'
+            context.end('the script has ended')
             context.ticker.wake()
             deadline = context.clock() + _END_TIME
             while execution.busy and context.clock() < deadline:

@@ -123,6 +123,11 @@ class Context:
         """Subscribe to a topic, reliable and 10 messages deep unless a profile is given."""
         self.node.create_subscription(kind, name, receive, profile, callback_group=self.group)
 
+    def end(self, reason: str) -> None:
+        """Give up all that is planned, executed or waited for; from any thread."""
+        self.ending = reason
+        self.states.patient = False
+
     def or_ending(self, cancelled: Callable[[], bool]) -> Callable[[], bool]:
         """Return a predicate that is true once a request is cancelled or the program ends."""
         return lambda: bool(self.ending) or cancelled()

@@ -79,15 +79,17 @@ class SimulationSync:
         """
         Return the simulation's time [ns]; the joint states of it are on their way.
 
-        :raises PlanningError: no answer.
+        :raises PlanningError: no answer, or the program ends.
         """
-        clock, ticker = self._context.clock, self._context.ticker
-        deadline = clock() + ANSWER_TIMEOUT
-        while not self._client.service_is_ready() and clock() < deadline:
-            await ticker.next()
+        context = self._context
+        deadline = context.clock() + ANSWER_TIMEOUT
+        while not self._client.service_is_ready() and context.clock() < deadline:
+            context.check_ending('joint_states')
+            await context.ticker.next()
         answer = self._client.call_async(Trigger.Request())
-        while not answer.done() and clock() < deadline:
-            await ticker.next()
+        while not answer.done() and context.clock() < deadline:
+            context.check_ending('joint_states')
+            await context.ticker.next()
         if not answer.done() or not answer.result().success:
             raise PlanningError(
                 MoveItErrorCode.ROBOT_STATE_STALE,
@@ -145,7 +147,7 @@ class MoveGroup:
 
     def give_up(self) -> None:
         """Cancel what is planned and executed; their clients get the reason. From any thread."""
-        self._context.ending = 'move_group is shutting down'
+        self._context.end('move_group is shutting down')
 
     def end(self) -> None:
         """Give up, and let coroutines see that at once; from the executor's thread."""

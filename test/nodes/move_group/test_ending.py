@@ -1,21 +1,27 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of a plan when the program ends."""
+"""What becomes of plans and motions when the program ends."""
 
+import signal
 import time
 
+from moveit_msgs.action import ExecuteTrajectory, MoveGroup as MoveAction
 from moveit_msgs.msg import Constraints, JointConstraint, MotionPlanRequest
+from moveit_msgs.msg import RobotState, RobotTrajectory
 import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from armsim_ros.clients.action_client import PatientActionClient
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.trajectory import trajectory_message
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.nodes.conversions.motion_plan_request import request_from_message
 from armsim_ros.nodes.move_group.program import MoveGroup, MoveGroupProgram
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.testing.program import private_domain
+from armsim_ros.testing.program import private_domain, start_program
 
 
 @pytest.fixture
@@ -59,3 +65,31 @@ def test_a_plan_is_given_up_while_the_executor_is_busy(move_group):
         cancelled=context.or_ending(cancelled))
     assert not found.success
     assert asked
+
+
+@pytest.mark.parametrize('kind, name', [
+    (MoveAction, '/move_action'), (ExecuteTrajectory, '/execute_trajectory')])
+def test_who_waits_for_the_first_joint_state_is_answered_at_the_end(kind, name):
+    """No simulation runs, so the goal waits for a state until the program ends."""
+    joints = [f'joint_{number}' for number in range(1, 7)]
+    goal = kind.Goal()
+    if kind is MoveAction:
+        goal.request.group_name, goal.planning_options.plan_only = 'manipulator', True
+        goal.request.start_state = RobotState(is_diff=True)
+        goal.request.goal_constraints = [Constraints(joint_constraints=[
+            JointConstraint(joint_name=joint, weight=1.0) for joint in joints])]
+    else:
+        goal.trajectory = RobotTrajectory(
+            joint_trajectory=trajectory_message(joints, [(0.0, [0.0] * 6), (1.0, [0.1] * 6)]))
+    with (
+        private_domain() as domain, ClientNode(domain, 'client') as client,
+        start_program('move_group', domain) as program,
+    ):
+        actions = PatientActionClient(client.node, kind, name)
+        assert actions.wait_for_server(30.0)
+        handle = client.result(actions.send_goal_async(goal), 10.0, 'answer to the goal')
+        pending = handle.get_result_async()
+        program.signal(signal.SIGTERM)
+        answer = client.result(pending, 10.0, 'result')
+        assert answer.result.error_code.message == 'move_group is shutting down'
+        assert program.wait() == 0

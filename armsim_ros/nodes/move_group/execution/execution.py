@@ -155,6 +155,7 @@ class Execution:
         tolerances = start_tolerances(context)
         if not (tolerances.unchecked or start_checked):
             if not await context.states.current(STATE_TIMEOUT):
+                context.check_ending(SOURCE)
                 raise PlanningError(
                     MoveItErrorCode.CONTROL_FAILED,
                     'the trajectory is not started: no joint state newer than the request within '

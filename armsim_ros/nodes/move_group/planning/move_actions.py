@@ -143,7 +143,8 @@ class MoveAction:
 
     async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
         end = self._context.clock() + min(max(seconds, 0.0), 60.0)
-        while self._context.clock() < end and not goal.is_cancel_requested:
+        given_up = self._context.or_ending(lambda: goal.is_cancel_requested)
+        while self._context.clock() < end and not given_up():
             await self._context.ticker.next()
 
 

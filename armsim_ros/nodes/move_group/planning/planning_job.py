@@ -192,11 +192,12 @@ class PlanningJob:
         """
         Bring the scene to the present.
 
-        :raises PlanningError: no joint state ever came.
+        :raises PlanningError: no joint state ever came, or the program ends.
         """
         context = self._context
         if await context.states.current():
             return
+        context.check_ending('joint_states')
         topics = ', '.join(context.states.topics)
         if context.states.count == 0:
             raise PlanningError(

@@ -66,6 +66,8 @@ class StateMonitor:
         self.monitor_dynamics = False
         #: Called with the time [ns] and all positions after each message; None for nothing.
         self.recorder: Callable[[int, Mapping[str, float]], None] | None = None
+        #: Whether states are waited for; where not, a wait ends without one.
+        self.patient = True
         #: Messages that have come.
         self.count = 0
         self._stamps: dict[str, int] = {}
@@ -233,8 +235,8 @@ class StateMonitor:
             self._sweeper.cancel()
             return
         now = self._steady.now().nanoseconds
-        late = [entry for entry in self._waiting if now >= entry[1]]
-        self._waiting = [entry for entry in self._waiting if now < entry[1]]
+        late = [entry for entry in self._waiting if now >= entry[1] or not self.patient]
+        self._waiting = [entry for entry in self._waiting if entry not in late]
         for _, _, future in late:
             future.set_result(False)
 

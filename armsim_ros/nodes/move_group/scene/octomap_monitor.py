@@ -180,6 +180,7 @@ class OctomapMonitor:
     async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> None:
         """Answer when all that has come is in the scene."""
         while self._busy or any(self._waiting.values()):
+            self._context.check_ending('octomap')
             await self._context.ticker.next()
         response.success = True
 

@@ -182,6 +182,17 @@ def test_the_first_state_is_waited_for_longer(monitor, node):
     assert result == [False]
 
 
+def test_no_state_is_waited_for_at_the_end(monitor, node):
+    """Who waits for a state when the program ends, or asks later, learns that there is none."""
+    waiting = monitor.newer_than(START, 5.0)
+    monitor.patient = False
+    node.sweep()
+    assert waiting.result() is False
+    waiting = monitor.newer_than(START, 5.0)
+    node.sweep()
+    assert waiting.result() is False
+
+
 def test_arms_that_begin_one_after_the_other_give_no_warning(monitor, node):
     """One that stays away does, with its joints."""
     node.hear('left', START)
