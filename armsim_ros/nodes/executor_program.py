@@ -11,12 +11,7 @@ import traceback
 from typing import Any, ClassVar
 
 import rclpy
-from rclpy.executors import (
-    ConditionReachedException,
-    ExternalShutdownException,
-    SingleThreadedExecutor,
-    TimeoutException,
-)
+from rclpy.executors import ConditionReachedException, ExternalShutdownException, TimeoutException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -43,7 +38,7 @@ class ExecutorProgram(ABC):
 
     def __init__(self, arguments: ProgramArguments, stop_wanted: Callable[[], bool]) -> None:
         self._arguments, self._stop_wanted = arguments, stop_wanted
-        self._executor: SingleThreadedExecutor | None = None
+        self._executor: WaitSetExecutor | None = None
         self._cell, warnings = cell_of(arguments)
         # A simulation beside it reports the same about the same files.
         self._warnings = [] if started_by_bringup() else warnings
@@ -82,7 +77,7 @@ class ExecutorProgram(ABC):
 
     @abstractmethod
     def _serve(
-        self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
+        self, executor: WaitSetExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         """
         Make the endpoints and run callbacks until a stop is requested.

@@ -98,6 +98,11 @@ class WaitSetExecutor(SingleThreadedExecutor):
             self._entities = None
         return super().shutdown(timeout_sec)
 
+    @property
+    def has_unfinished(self) -> bool:
+        """Whether a callback, coroutine or task has not ended, or not begun."""
+        return any(not task.done() and not task.cancelled() for task, *_ in self._tasks)
+
     def _report_incompatible(self) -> None:
         events = [each for node in self.get_nodes() for each in node.waitables
                   if _is_warning(each)]

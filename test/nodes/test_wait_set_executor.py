@@ -161,6 +161,25 @@ def test_a_task_goes_on_when_a_callback_has_what_it_waits_for(loop):
     assert done == ['second', 'third', 'end']
 
 
+def test_what_has_not_ended_is_known(loop):
+    """A task counts from its creation, before it has begun, until it ends."""
+    future, begun = Future(), []
+
+    async def wait():
+        begun.append(1)
+        await future
+
+    assert not loop.executor.has_unfinished
+    task = loop.executor.create_task(wait)
+    assert loop.executor.has_unfinished
+    loop.until(lambda: begun)
+    assert loop.executor.has_unfinished
+    future.set_result(None)
+    loop.executor.wake()
+    loop.until(task.done)
+    assert not loop.executor.has_unfinished
+
+
 def test_another_thread_continues_a_task(loop):
     """A future that is set anywhere, and a wake, suffice."""
     future, done = Future(), []

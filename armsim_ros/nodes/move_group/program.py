@@ -13,9 +13,8 @@ from typing import Any, ClassVar
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
@@ -58,6 +57,7 @@ from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.robot_program import LAST_ANSWERS_TIME
+from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 from armsim_ros.planning.budget import CountingClock
 from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.planner import MotionPlanner, warm_up
@@ -225,8 +225,6 @@ def endpoints(context: Context) -> tuple[object, ...]:
 _END_TIME, _CHECK_PERIOD = 1.0, 0.02
 #: A client that has just sent a goal asks for its result this late [s].
 _LATE_TIME = 0.2
-#: A goal that has ended sends its result in a step of its own.
-_LAST_STEPS = 5
 #: How often the planner's thread yields the interpreter, so that answers do not wait [s].
 _SWITCH_INTERVAL = 0.001
 
@@ -249,7 +247,7 @@ class MoveGroupProgram(ExecutorProgram):
         super().stop()
 
     def _serve(
-        self, executor: SingleThreadedExecutor, node: PollingNode, afterwards: ExitStack
+        self, executor: WaitSetExecutor, node: PollingNode, afterwards: ExitStack
     ) -> int:
         sys.setswitchinterval(_SWITCH_INTERVAL)
         name_with_dots(node)
@@ -258,42 +256,37 @@ class MoveGroupProgram(ExecutorProgram):
         self._spin(executor, node, move_group)
         return 0
 
-    def _spin(self, executor: SingleThreadedExecutor, node: Node, move_group: MoveGroup) -> None:
+    def _spin(self, executor: WaitSetExecutor, node: Node, move_group: MoveGroup) -> None:
         """Run callbacks until a stop is requested, and a little longer if clients wait."""
-        pending: set[Future] = set()
-        ending, ended = False, -_LATE_TIME
+        ending, busy_at = False, -_LATE_TIME
 
         def to_end() -> bool:
             return self._stop_wanted() and not ending
 
         def step() -> None:
             """Run a callback, with the newest state and time."""
-            nonlocal ended
+            nonlocal busy_at
             with failures_logged(node):
                 # Always the same arguments: with others, callbacks that are ready would be lost.
                 callback, *_ = executor.wait_for_ready_callbacks(None, None, to_end)
                 move_group.catch_up()
                 callback()
-                if not callback.done():
-                    pending.add(callback)
-                elif callback in pending:
-                    pending.remove(callback)
-                    ended = time.monotonic()
+                if executor.has_unfinished:
+                    busy_at = time.monotonic()
                 callback.result()  # raises what the callback raised
 
         while not self._stop_wanted() and rclpy.ok():
             step()
-        if pending or time.monotonic() - ended < _LATE_TIME:
+        if time.monotonic() - busy_at < _LATE_TIME or executor.has_unfinished:
             ending = True
             move_group.end()
             node.create_timer(  # ends each wait
                 _CHECK_PERIOD, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-            begin, at_rest = time.monotonic(), 0
+            begin = time.monotonic()
             while rclpy.ok() and (elapsed := time.monotonic() - begin) < _END_TIME:
-                if at_rest >= _LAST_STEPS and elapsed > _LATE_TIME:
+                if elapsed > _LATE_TIME and not executor.has_unfinished:
                     break
                 step()
-                at_rest = 0 if pending else at_rest + 1
             time.sleep(LAST_ANSWERS_TIME)
 
 

@@ -5,9 +5,15 @@
 import signal
 import time
 
-from moveit_msgs.action import ExecuteTrajectory, MoveGroup as MoveAction
-from moveit_msgs.msg import Constraints, JointConstraint, MotionPlanRequest
-from moveit_msgs.msg import RobotState, RobotTrajectory
+from moveit_msgs.action import ExecuteTrajectory
+from moveit_msgs.action import MoveGroup as MoveAction
+from moveit_msgs.msg import (
+    Constraints,
+    JointConstraint,
+    MotionPlanRequest,
+    RobotState,
+    RobotTrajectory,
+)
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -67,7 +73,7 @@ def test_a_plan_is_given_up_while_the_executor_is_busy(move_group):
     assert asked
 
 
-@pytest.mark.parametrize('kind, name', [
+@pytest.mark.parametrize(('kind', 'name'), [
     (MoveAction, '/move_action'), (ExecuteTrajectory, '/execute_trajectory')])
 def test_who_waits_for_the_first_joint_state_is_answered_at_the_end(kind, name):
     """No simulation runs, so the goal waits for a state until the program ends."""

@@ -14,6 +14,7 @@ from small_arms import planar_arm
 from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.config.sensors_3d import OctomapSettings, PointCloudSensor
 from armsim_ros.config.simulation import CameraSettings, SimulationSettings
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.nodes.move_group.scene import octomap_monitor
 from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
@@ -74,6 +75,7 @@ class Bench:
     def __init__(self, monkeypatch, sensor=None, *, lockstep=False, **settings):
         monkeypatch.setattr(octomap_monitor, 'Worker', Works)
         self.node, self.now, self.lines, self.topics = Node(), 0.0, [], {}
+        self.ends = False
         self.scene = PlanningScene(KinematicModel(planar_arm()))
         logger = SimpleNamespace(info=self.lines.append, warning=self.lines.append)
         self.states = SimpleNamespace(recorder=None, now_ns=lambda: round(self.now * SECOND))
@@ -82,13 +84,17 @@ class Bench:
             clock=lambda: self.now, frame=self.scene.model_frame,
             settings=SimpleNamespace(simulation=SimpleNamespace(deterministic=lockstep)),
             serve=lambda kind, name, answer: setattr(self, 'sync', answer),
-            ticker=SimpleNamespace(next=_Tick),
+            ticker=SimpleNamespace(next=_Tick), check_ending=self._check_ending,
             subscribe=lambda kind, topic, take, profile: self.topics.update({topic: take}))
         sensor = sensor or PointCloudSensor(point_cloud_topic='/cloud')
         self.monitor = OctomapMonitor(self.context, OctomapSettings(
             sensors={'eye': sensor}, octomap_resolution=0.05,
             **{'octomap_frame': self.scene.model_frame, **settings}))
         self.frame = self.scene.model_frame
+
+    def _check_ending(self, source):
+        if self.ends:
+            raise PlanningError(MoveItErrorCode.FAILURE, 'the program ends', source)
 
     def state(self, seconds):
         self.states.recorder(
@@ -177,6 +183,18 @@ def test_in_lockstep_all_are_added_and_waited_for(monkeypatch):
         waits.send(None)
     assert response.success
     assert bench.cells == 7
+
+
+def test_in_lockstep_nothing_is_waited_for_at_the_end(monkeypatch):
+    """A message whose transform never comes does not keep the program."""
+    bench = Bench(monkeypatch, lockstep=True)
+    bench.state(2.0)
+    bench.send(FAR, 3.0)
+    waits = bench.sync(None, SimpleNamespace(success=False))
+    waits.send(None)
+    bench.ends = True
+    with pytest.raises(PlanningError, match='ends'):
+        waits.send(None)
 
 
 def test_what_came_before_a_clear_is_not_brought_back(bench):
