@@ -12,21 +12,21 @@ from armsim_ros2 import session
 from armsim_ros2.main import run
 
 
-def prepare(environment: Mapping[str, str], patience: float) -> None:
-    """
-    Take over an environment, with the package's settings of Fast DDS.
-
-    :param patience: how long commands wait for a name that they do not find [s].
-    """
+def prepare(environment: Mapping[str, str]) -> None:
+    """Take over an environment, with the package's settings of Fast DDS."""
     os.environ.update(environment)
     for name in FASTDDS_PROFILES:
         os.environ.pop(name, None)
-    session.PATIENCE.update({True: patience, False: patience})
 
 
-def run_in(folder: str, words: tuple[str, ...]) -> tuple[int, str, str]:
-    """Run a command in a folder; return its status, output and errors."""
+def run_in(folder: str, words: tuple[str, ...], patience: float) -> tuple[int, str, str]:
+    """
+    Run a command in a folder; return its status, output and errors.
+
+    :param patience: how long it waits for a name that it does not find [s].
+    """
     os.chdir(folder)
+    session.PATIENCE.update({True: patience, False: patience})
     with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
         status = run(words)
     return status, out.getvalue(), err.getvalue()

@@ -24,8 +24,9 @@ READY = 'You can start planning now!'
 START_TIMEOUT = 60.0
 #: Half the usual rate of /clock: the robot runs while the tests wait for discovery.
 CALMER = 'overrides:={simulation.clock_rate: 50}'
-#: How long a command waits for a name: topics of a known program may be discovered later [s].
-PATIENCE = 1.5
+#: How long a command waits for a name: topics of a known program may be discovered later [s]. One
+#: that nobody has does not come later.
+PATIENCE, NOBODYS, SHORT_PATIENCE = 1.5, '/nope', 0.3
 SOURCES = Path(__file__).parents[3] / 'ros2'
 
 
@@ -73,7 +74,7 @@ def command_process(domain: int) -> Iterator[ProcessPoolExecutor]:
     """Start the process of the commands."""
     environment = {'ROS_DOMAIN_ID': str(domain),
                    'AMENT_PREFIX_PATH': os.environ.get('AMENT_PREFIX_PATH', sys.prefix)}
-    with ProcessPoolExecutor(1, get_context('spawn'), prepare, (environment, PATIENCE)) as process:
+    with ProcessPoolExecutor(1, get_context('spawn'), prepare, (environment,)) as process:
         yield process
 
 
@@ -95,7 +96,8 @@ def ros2(robot: int, commands: ProcessPoolExecutor) -> Ros2:
                 check=False, env={**os.environ, **ros_environment(robot),
                                   'PYTHONPATH': str(SOURCES), 'PATH': os.defpath})
             return Done(done.returncode, done.stdout, done.stderr)
-        done = Done(*commands.submit(run_in, os.getcwd(), words).result())
+        patience = SHORT_PATIENCE if NOBODYS in words else PATIENCE
+        done = Done(*commands.submit(run_in, os.getcwd(), words, patience).result())
         assert 'Traceback' not in done.err
         return done
 

@@ -1,53 +1,40 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Each program of a stack killed, ended, or stopped and continued, while others are at work."""
+"""Stacks whose programs are killed, ended or stopped, and a client that is at work meanwhile."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-import os
 from pathlib import Path
 import re
-import signal
 import threading
 import time
 from typing import Any
 
-from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Pose
 from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.msg import (
     CollisionObject,
     Constraints,
     JointConstraint,
-    MoveItErrorCodes,
     RobotState,
     RobotTrajectory,
 )
 from moveit_msgs.srv import GetPositionFK
-import pytest
 from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 
-from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.clients.action_client import PatientActionClient
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.trajectory import trajectory_message
-from armsim_ros.testing.program import private_domain, Program, start_program
-
-pytestmark = pytest.mark.alone
+from armsim_ros.testing.program import Program, start_program
 
 PROGRAMS = ('bringup', 'simulation', 'move_group')
 READY = 'You can start planning now!'
 JOINTS = tuple(f'joint_{number}' for number in range(1, 7))
 #: A client knows within this time what became of its goal [s].
 KNOWN = 3.0
-#: A program that is stopped for longer than its lease is taken for gone [s].
-STOPPED = 3.0
-
-
 #: What is said while the motion before goes on.
 STILL_MOVING = ('another trajectory is being executed', 'start point deviates')
 
@@ -178,41 +165,6 @@ class Stacks:
             self._stack = None
 
 
-@pytest.fixture(scope='module')
-def domain() -> Iterator[int]:
-    """
-    Lease a domain for all stacks of this module: each follows at once upon the last.
-
-    They have the package's own settings of Fast DDS, with the lease that users have. This process
-    keeps those of the tests: Fast DDS reads them once, when the first client is made.
-    """
-    with private_domain() as number, pytest.MonkeyPatch.context() as environment:
-        with ClientNode(number, 'reads_settings'):
-            environment.delenv(FASTDDS_PROFILES[0])
-        yield number
-
-
-@pytest.fixture(scope='module')
-def arm(domain: int) -> Iterator[Arm]:
-    """Give a client that stays while stacks come and go."""
-    with ClientNode(domain, 'kill_matrix') as client:
-        yield Arm(client)
-
-
-@pytest.fixture(scope='module')
-def stacks(domain: int, arm: Arm) -> Iterator[Stacks]:
-    """Give the stacks of this module, one after the other."""
-    made = Stacks(domain, arm)
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def stack(stacks: Stacks) -> Stack:
-    """Give a stack; the last one where it still runs."""
-    return stacks.running()
-
-
 def processes(program: Program) -> dict[str, int]:
     """Return the stack's processes by name."""
     pid = program.process.pid
@@ -237,69 +189,3 @@ def runs(pid: int) -> bool:
         return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
     except OSError:
         return False
-
-
-def test_an_answer_that_never_comes_ends_the_motion(stack: Stack) -> None:
-    """The simulation is stopped before it gets a goal: the motion ends, and the next one goes."""
-    arm = stack.arm
-    start = arm.position()
-    os.kill(stack.pids['simulation'], signal.SIGSTOP)
-    try:
-        error = arm.result(arm.move(0.1, 1.0, start), 15.0).error_code
-    finally:
-        os.kill(stack.pids['simulation'], signal.SIGCONT)
-    assert error.val == MoveItErrorCodes.CONTROL_FAILED
-    reasons = 'has not answered|gone|not connected|no joint state newer'
-    assert re.search(reasons, error.message), error.message
-    arm.works()
-
-
-@pytest.mark.parametrize('victim', PROGRAMS)
-def test_a_program_that_was_stopped_works_when_it_goes_on(victim: str, stack: Stack) -> None:
-    """It is stopped while it plans and moves; others take it for gone, and find it again."""
-    arm = stack.arm
-    goals = {arm.motions: arm.move(0.02, 1.0), arm.plans: arm.long_plan(1.0)}
-    os.kill(stack.pids[victim], signal.SIGSTOP)
-    try:
-        if victim == 'move_group':
-            wait_until(lambda: not any(actions.server_is_ready() for actions in goals),
-                       KNOWN, 'the stopped program is taken for gone')
-        elif victim == 'simulation':
-            threading.Event().wait(STOPPED)
-        else:  # it is no client's server: the others end their work meanwhile
-            for goal in goals.values():
-                assert arm.result(goal, 20.0).error_code.val
-    finally:
-        os.kill(stack.pids[victim], signal.SIGCONT)
-    arm.works()
-    assert stack.program.process.poll() is None
-
-
-@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGTERM])
-@pytest.mark.parametrize('victim', PROGRAMS)
-def test_who_waits_learns_of_the_end(victim: str, number: int, stack: Stack) -> None:
-    """A plan and a motion get a result or see their server gone; nothing stays behind."""
-    arm = stack.arm
-    pending = {
-        arm.motions: arm.move(0.3, 20.0).get_result_async(),
-        arm.plans: arm.long_plan(60.0).get_result_async(),
-    }
-    os.kill(stack.pids[victim], number)
-    wait_until(
-        lambda: all(result.done() or not actions.server_is_ready()
-                    for actions, result in pending.items()),
-        KNOWN, 'every client knows')
-    status = stack.program.wait(10.0)
-    if victim == 'bringup':
-        assert status == (0 if number == signal.SIGTERM else -signal.SIGKILL)
-    else:
-        assert status == 1
-        assert f'[bringup] {victim} (pid {stack.pids[victim]}) ' in stack.program.text
-    wait_until(lambda: not any(map(runs, stack.pids.values())), 2.0, 'no process is left')
-    answers = [result.result() for result in pending.values() if result.done()]
-    for answer in answers:
-        assert answer.status == GoalStatus.STATUS_ABORTED
-        assert answer.result.error_code.message
-    # What is killed takes its goals along; bringup's end is that of the others, too.
-    if number == signal.SIGTERM or victim == 'simulation':
-        assert answers, stack.program.text
