@@ -14,10 +14,10 @@ from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.program import private_domain
 
 
-@pytest.fixture(scope='package')
+@pytest.fixture(scope='module')
 def domain() -> Iterator[int]:
     """
-    Lease a domain for all stacks of this folder: each follows at once upon the last.
+    Lease a domain for all stacks of a module: each follows at once upon the last.
 
     They have the package's own settings of Fast DDS, with the lease that users have. This process
     keeps those of the tests: Fast DDS reads them once, when the first client is made.
@@ -28,16 +28,16 @@ def domain() -> Iterator[int]:
         yield number
 
 
-@pytest.fixture(scope='package')
+@pytest.fixture(scope='module')
 def arm(domain: int) -> Iterator[Arm]:
     """Give a client that stays while stacks come and go."""
     with ClientNode(domain, 'kill_matrix') as client:
         yield Arm(client)
 
 
-@pytest.fixture(scope='package')
+@pytest.fixture(scope='module')
 def stacks(domain: int, arm: Arm) -> Iterator[Stacks]:
-    """Give the stacks of this folder, one after the other."""
+    """Give the stacks of a module, one after the other."""
     made = Stacks(domain, arm)
     yield made
     made.close()

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Each program of a stack killed or ended, while others are at work."""
+"""Programs of a stack killed, ended or stopped: when their clients know, which is promised."""
 
 from __future__ import annotations
 
@@ -11,8 +11,25 @@ from action_msgs.msg import GoalStatus
 import pytest
 from stacks_to_kill import KNOWN, PROGRAMS, runs, Stack, wait_until
 
+pytestmark = pytest.mark.alone
 
-@pytest.mark.alone
+
+def test_a_move_group_that_was_stopped_works_when_it_goes_on(stack: Stack) -> None:
+    """It is stopped while it plans and moves; its clients take it for gone, and find it again."""
+    arm = stack.arm
+    arm.move(0.02, 1.0)
+    arm.long_plan(1.0)
+    os.kill(stack.pids['move_group'], signal.SIGSTOP)
+    try:
+        wait_until(
+            lambda: not any(each.server_is_ready() for each in (arm.motions, arm.plans)),
+            KNOWN, 'the stopped program is taken for gone')
+    finally:
+        os.kill(stack.pids['move_group'], signal.SIGCONT)
+    arm.works()
+    assert stack.program.process.poll() is None
+
+
 @pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGTERM])
 @pytest.mark.parametrize('victim', PROGRAMS)
 def test_who_waits_learns_of_the_end(victim: str, number: int, stack: Stack) -> None:
