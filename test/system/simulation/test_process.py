@@ -5,6 +5,7 @@
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from pathlib import Path
 import shutil
 import signal
 
@@ -15,12 +16,13 @@ from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
+from armsim_ros.cli.environment import FASTDDS_PROFILES
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ControllerManagerClient
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message, TrajectoryClient
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.resources import find_robot
-from armsim_ros.testing.program import private_domain, Program, start_program
+from armsim_ros.testing.program import private_domain, Program, ros_environment, start_program
 
 CONTROLLERS = 'trajectory_control.yaml'
 
@@ -93,6 +95,24 @@ def test_a_running_goal_ends_with_the_simulation(
     assert 'Traceback' not in program.text
     assert result.result().status == ABORTED
     assert result.result().error_string == 'the simulation is shutting down'
+
+
+def test_messages_go_through_sockets() -> None:
+    """
+    No memory is shared; the way to find others decides that too, in rmw_fastrtps.
+
+    Upstream: participant.cpp, create_participant, which adds shared memory for LOCALHOST.
+    """
+    with private_domain() as domain:
+        environment = {
+            name: value for name, value in ros_environment(domain).items()
+            if name not in FASTDDS_PROFILES}
+        environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'OFF'
+        with Program.module('armsim_ros', 'simulation', environment=environment) as program:
+            program.wait_for_line('simulation of .* runs', 60.0)
+            maps = Path(f'/proc/{program.process.pid}/maps').read_text()
+    assert '/dev/shm/fastrtps' not in maps
+    assert 'librmw_fastrtps_cpp' in maps
 
 
 @pytest.mark.alone  # its second is a promise, which a loaded machine cannot keep
