@@ -26,7 +26,7 @@ _PARTICIPANTS = 'ros_discovery_info'
 
 def announce_often() -> bool:
     """
-    Let Fast DDS announce this process often; a user's own settings are kept.
+    Let Fast DDS announce this process often and send by sockets; a user's own settings are kept.
 
     :returns: whether nodes are discovered quickly.
     """
@@ -36,6 +36,7 @@ def announce_often() -> bool:
     if Path('DEFAULT_FASTRTPS_PROFILES.xml').is_file():
         return False
     os.environ[_PROFILES[0]] = str(Path(__file__).with_name('fastdds_profiles.xml'))
+    os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
     return True
 
 

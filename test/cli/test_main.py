@@ -226,6 +226,15 @@ def test_nodes_announce_themselves_often():
     announce_often(environment)
     text = Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).read_text(encoding='utf-8')
     assert '<leaseAnnouncement>' in text
+    assert environment['FASTDDS_BUILTIN_TRANSPORTS'] == 'UDPv4'
+
+
+def test_transports_of_the_user_stay():
+    """Who chooses how Fast DDS sends still gets our settings."""
+    environment = {'FASTDDS_BUILTIN_TRANSPORTS': 'LARGE_DATA'}
+    announce_often(environment)
+    assert environment['FASTDDS_BUILTIN_TRANSPORTS'] == 'LARGE_DATA'
+    assert environment['FASTRTPS_DEFAULT_PROFILES_FILE']
 
 
 @pytest.mark.parametrize('name', [
