@@ -59,10 +59,9 @@ def announce_often(environment: MutableMapping[str, str] = os.environ) -> None:
     """
     Let Fast DDS announce this process often, so that nodes find each other in 0.3 s, not in 3 s.
 
-    Its messages go through sockets: through shared memory Fast DDS 2.14 loses some for good where
-    participants come and go, one of a hundred answers to new clients. Pictures and clouds arrive
-    more surely too, with less processor time. Where the discovery range is LOCALHOST, rmw_fastrtps
-    (participant.cpp, create_participant) adds shared memory all the same.
+    Its messages go through sockets. Fast DDS 2.14 loses messages in shared memory while other
+    participants come and go, answers of services among them. With the discovery range LOCALHOST,
+    rmw_fastrtps adds shared memory by itself (participant.cpp, create_participant).
 
     The user's own settings are left alone. Other middlewares read nothing of it.
 

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Stacks in one domain, each of which follows at once upon the last, and their client."""
+"""One domain, the stacks that are started in it one after the other, and their client."""
 
 from __future__ import annotations
 
@@ -45,5 +45,5 @@ def stacks(domain: int, arm: Arm) -> Iterator[Stacks]:
 
 @pytest.fixture
 def stack(stacks: Stacks) -> Stack:
-    """Give a stack; the last one where it still runs."""
+    """Give the last stack if it still runs, else a new one."""
     return stacks.running()

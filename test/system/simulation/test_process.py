@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from simulation_interfaces.msg import SimulationState
 from simulation_interfaces.srv import GetSimulationState, SetSimulationState, StepSimulation
 
-from armsim_ros.cli.environment import FASTDDS_PROFILES
+from armsim_ros.cli.environment import FASTDDS_PROFILES, FASTDDS_TRANSPORTS
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.controller_manager import ControllerManagerClient
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED, trajectory_message, TrajectoryClient
@@ -106,7 +106,7 @@ def test_messages_go_through_sockets() -> None:
     with private_domain() as domain:
         environment = {
             name: value for name, value in ros_environment(domain).items()
-            if name not in FASTDDS_PROFILES}
+            if name not in (*FASTDDS_PROFILES, FASTDDS_TRANSPORTS[0])}
         environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'OFF'
         with Program.module('armsim_ros', 'simulation', environment=environment) as program:
             program.wait_for_line('simulation of .* runs', 60.0)

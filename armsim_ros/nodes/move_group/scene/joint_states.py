@@ -66,7 +66,7 @@ class StateMonitor:
         self.monitor_dynamics = False
         #: Called with the time [ns] and all positions after each message; None for nothing.
         self.recorder: Callable[[int, Mapping[str, float]], None] | None = None
-        #: Whether states are waited for; where not, a wait ends without one.
+        #: Where this is False, every wait for a state ends at once, without one.
         self.patient = True
         #: Messages that have come.
         self.count = 0
