@@ -10,7 +10,7 @@ weight before a test asks for an arm.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import contextmanager, ExitStack
 import random
 from typing import Any, TYPE_CHECKING
 
@@ -29,7 +29,7 @@ from armsim_ros.testing.stacks import (
     requested,
     ros_domain,
     users_errors_reported,
-    wall_time_limit,
+    WallTimeLimit,
 )
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = ['arm', 'armsim_node', 'armsim_shared_stack', 'armsim_stack', 'ros_domain']
 
 SEED = pytest.StashKey[int]()
+LIMIT = pytest.StashKey[WallTimeLimit]()
 
 #: Option -> (ini key, default, help).
 _OPTIONS = {
@@ -102,8 +103,29 @@ def arm(request: pytest.FixtureRequest) -> Iterator[Arm]:
                 arm_of_stack(request, desired) if desired.mode == 'process'
                 else arm_in_process(desired))
         request.node.stash[ARM] = made
-        stack.enter_context(wall_time_limit(desired.time_limit, made))
+        stack.enter_context(_time_limit(request.node, desired.time_limit, made))
         yield made
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
+    """Limit the wall time of what is set up after the arm."""
+    with _limited(item):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Limit the wall time of the test itself."""
+    with _limited(item):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    """Limit the wall time of what is torn down before the arm."""
+    with _limited(item):
+        return (yield)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -116,6 +138,29 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
         on_failure(item, report, made, seed=made.seed, folder=_option(config, 'armsim_artifacts'),
                    keep=config.getoption('armsim_keep'))
     return report
+
+
+@contextmanager
+def _time_limit(item: pytest.Item, seconds: float, arm: Arm) -> Iterator[None]:
+    limit = item.stash[LIMIT] = WallTimeLimit(seconds, arm)
+    limit.resume()
+    try:
+        yield
+    finally:
+        limit.pause()
+        del item.stash[LIMIT]
+
+
+@contextmanager
+def _limited(item: pytest.Item) -> Iterator[None]:
+    """Let a test's time pass; what happens between two phases is not the test's."""
+    if LIMIT in item.stash:
+        item.stash[LIMIT].resume()
+    try:
+        yield
+    finally:
+        if LIMIT in item.stash:
+            item.stash[LIMIT].pause()
 
 
 def _option(config: pytest.Config, key: str) -> str:

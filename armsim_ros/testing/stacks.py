@@ -286,29 +286,36 @@ def _artifacts(arm: Arm, place: Path) -> list[tuple[str, Path | str]]:
         return [('artifacts', f'not written: {error}')]
 
 
-@contextmanager
-def wall_time_limit(seconds: float, arm: Arm) -> Iterator[None]:
+class WallTimeLimit:
     """
-    Raise an AssertionError with the arm's state in the test when the time is over.
+    Raises an AssertionError with the arm's state in a test that takes too long.
 
     Works in the main thread, where tests run. An alarm that was set elsewhere, such as
-    pytest-timeout, is left alone and replaces this limit.
+    pytest-timeout, is left alone and replaces this limit. Between the phases of a test the limit
+    must be paused: what it raised there would end pytest itself.
 
-    :param seconds: [s].
+    :param seconds: for set-up, call and teardown together [s].
     """
-    if (threading.current_thread() is not threading.main_thread()
-            or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL):
-        yield
-        return
 
-    def end(*_: Any) -> None:
-        raise AssertionError(
-            f'the test took more than {seconds:g} s of wall time; {arm.summary()}')
+    def __init__(self, seconds: float, arm: Arm) -> None:
+        self._seconds = self._left = seconds
+        self._arm = arm
 
-    signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    def resume(self) -> None:
+        """Let the time pass, as far as there is any left."""
+        if (threading.current_thread() is threading.main_thread()
+                and signal.getsignal(signal.SIGALRM) is signal.SIG_DFL):
+            signal.signal(signal.SIGALRM, self._end)
+            signal.setitimer(signal.ITIMER_REAL, self._left)
+
+    def pause(self) -> None:
+        """Stop the time until it is resumed."""
+        if signal.getsignal(signal.SIGALRM) == self._end:
+            self._left, _ = signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+
+    def _end(self, *_: Any) -> None:
+        self._left = 0.0
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        raise AssertionError(
+            f'the test took more than {self._seconds:g} s of wall time; {self._arm.summary()}')

@@ -37,12 +37,14 @@ class FileOfTests:
     def outcome(self, test):
         """Return what became of a test: ``passed``, ``failed`` or ``error``."""
         line = re.search(rf'^(PASSED|FAILED|ERROR) \S+::{test}\b', self.text, re.MULTILINE)
+        assert line, self.text
         return line[1].lower()
 
     def told(self, test):
         """Return the report of a test that failed."""
         report = re.search(rf'^_+ (?:ERROR at setup of )?{test} _+$(.*?)^(?:_{{9}}|={{9}})',
                            self.text, re.MULTILINE | re.DOTALL)
+        assert report, self.text
         return report[1]
 
 

@@ -3,6 +3,7 @@
 """What pytest tells of tests that fail, and what they leave."""
 
 import re
+from textwrap import dedent
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -47,7 +48,7 @@ TESTS = """
         arm.follow([(1.0, dict.fromkeys(arm.joints, 0.3))])
         assert_reached(arm, dict.fromkeys(arm.joints, 0.3))
 
-    @pytest.mark.armsim(time_limit=0.5)
+    @pytest.mark.armsim(time_limit=5)
     def test_long(arm):
         arm.wait(1000.0)
 
@@ -123,7 +124,7 @@ def test_the_facts_are_properties_of_the_junit_report(run):
 def test_a_simulated_time_limit_ends_a_test(run):
     """A test that simulates longer than its limit fails with the arm's state."""
     assert run.outcome('test_long') == 'failed'
-    assert 'more than 0.5 s of simulated time; at 0.50' in run.told('test_long')
+    assert 'more than 5 s of simulated time; at 5.00' in run.told('test_long')
 
 
 @statement('G8')
@@ -131,3 +132,70 @@ def test_a_wall_time_limit_ends_a_test_that_hangs(run):
     """A test that stands still fails with the arm's state when its limit is over."""
     assert run.outcome('test_hangs') == 'failed'
     assert 'more than 0.25 s of wall time; at 0.000 s' in run.told('test_hangs')
+
+
+PLUGIN_THAT_TAKES_ITS_TIME = """
+    import threading
+
+    import pytest
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport():
+        threading.Event().wait(0.3)
+        return (yield)
+"""
+
+
+@statement('G8')
+def test_the_wall_time_of_plugins_is_no_test_s(pytester, run_tests):
+    """A report that takes longer than the limit ends neither the test nor pytest."""
+    pytester.makeconftest(dedent(PLUGIN_THAT_TAKES_ITS_TIME))
+    run = run_tests("""
+        import pytest
+
+        @pytest.mark.armsim(time_limit=0.25)
+        def test_passes(arm):
+            pass
+
+        def test_that_follows():
+            pass
+    """)
+    run.assert_outcomes(passed=2)
+
+
+@statement('G8')
+@pytest.mark.parametrize('fixture', [
+    'threading.Event().wait(); yield', 'yield; threading.Event().wait()'], ids=['before', 'after'])
+def test_a_fixture_that_hangs_is_ended(run_tests, fixture):
+    """Whether before the test or after it."""
+    run = run_tests(f"""
+        import threading
+
+        import pytest
+
+        @pytest.fixture
+        def cell(arm):
+            {fixture}
+
+        @pytest.mark.armsim(time_limit=0.25)
+        def test_cell(cell):
+            pass
+    """)
+    assert run.parseoutcomes()['errors'] == 1
+    run.stdout.fnmatch_lines(['*more than 0.25 s of wall time; at 0.000 s*'])
+
+
+@statement('G8')
+def test_each_test_has_its_own_wall_time(run_tests):
+    """One that was ended leaves the limit of the next as it is."""
+    run = run_tests("""
+        import threading
+
+        import pytest
+
+        @pytest.mark.armsim(time_limit=0.25)
+        @pytest.mark.parametrize('again', [False, True])
+        def test_hangs(arm, again):
+            threading.Event().wait()
+    """)
+    run.assert_outcomes(failed=2)
