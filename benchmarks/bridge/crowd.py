@@ -78,12 +78,13 @@ async def crowd(url: str, clients: int, frames: int, idle: int) -> None:
     :param idle: connections beside them that never finish their handshake.
     """
     connections: list[ClientConnection] = []
-    for _ in range(0, clients, _STEP):
-        connections += await asyncio.gather(
-            *(connect(url, compression=None, max_size=None) for _ in range(_STEP)))
+    for begin in range(0, clients, _STEP):
+        connections += await asyncio.gather(*(
+            connect(url, compression=None, max_size=None)
+            for _ in range(min(_STEP, clients - begin))))
     held = half_open(url, idle)
     readers = [asyncio.create_task(_drain(connection))
-               for number, connection in enumerate(connections) if number % _IDLE]
+               for number, connection in enumerate(connections, start=1) if number % _IDLE]
 
     async def misbehave(number: int, connection: ClientConnection) -> None:
         await connection.send(_SUBSCRIBE)
@@ -100,7 +101,7 @@ async def crowd(url: str, clients: int, frames: int, idle: int) -> None:
         else:
             await connection.close()
 
-    await asyncio.gather(*map(misbehave, range(clients), connections))
+    await asyncio.gather(*map(misbehave, range(1, clients + 1), connections))
     await asyncio.gather(*readers)
     for silent in held:
         silent.close()

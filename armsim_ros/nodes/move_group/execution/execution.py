@@ -79,12 +79,10 @@ class ExecutionWatch:
 
     :param cancelled: whether the client wants it to stop.
     :param invalid: [s] since the start -> why the rest of the path is no longer valid, or ''.
-    :param observe: called with [s] since the start, every 20 ms.
     """
 
     cancelled: Callable[[], bool] = lambda: False
     invalid: Callable[[float], str] = lambda elapsed: ''
-    observe: Callable[[float], None] = lambda elapsed: None
 
 
 class _EndedError(Exception):
@@ -232,8 +230,6 @@ class Execution:
         while not all(run.done for run in self._runs):
             await self._context.ticker.next()
             now_ns = states.now_ns()
-            elapsed = max(now_ns - start_ns, 0) * 1e-9
-            self._watch.observe(elapsed)
             if any(run.failed for run in self._runs):
                 break
             self._check_ending()
@@ -250,7 +246,7 @@ class Execution:
                 seen = self._context.clock()
             elif self._context.clock() - seen > LOST_TIMEOUT:
                 return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, 'a controller is gone')
-            invalid = self._watch.invalid(elapsed)
+            invalid = self._watch.invalid(max(now_ns - start_ns, 0) * 1e-9)
             if invalid:
                 return ExecutionOutcome(
                     MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, invalid)

@@ -95,42 +95,6 @@ class PathWatch:
         return scene.geometry_version, scene.transform_version
 
 
-class StateRecorder:
-    """
-    Records measured positions at a limited rate.
-
-    :param joint_names: the joints to note.
-    """
-
-    def __init__(self, context: Context, joint_names: tuple[str, ...]) -> None:
-        self._states = context.states
-        self._frequency = context.record_frequency
-        self._joint_names = joint_names
-        self._times: list[float] = []
-        self._rows: list[list[float]] = []
-
-    def note(self, elapsed: float) -> None:
-        """
-        Record the newest state if a record is due.
-
-        :param elapsed: [s] since the start.
-        """
-        positions = self._states.positions
-        if self._frequency <= 0.0 or any(name not in positions for name in self._joint_names):
-            return
-        if self._times and elapsed - self._times[-1] < 1.0 / self._frequency:
-            return
-        self._times.append(max(elapsed, 0.0))
-        self._rows.append([positions[name] for name in self._joint_names])
-
-    @property
-    def trajectory(self) -> JointTrajectory:
-        """What was noted; without joints where that is nothing."""
-        if not self._times:
-            return JointTrajectory(())
-        return JointTrajectory(self._joint_names, np.array(self._times), np.array(self._rows))
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Turn:
     """
@@ -330,15 +294,14 @@ class TrajectoryExecutionEvent:
 
 async def execute_plan(
     execution: TrajectoryExecutionManager, trajectory: JointTrajectory, path: PathWatch,
-    cancelled: Callable[[], bool], observe: Callable[[float], None] = lambda elapsed: None
+    cancelled: Callable[[], bool],
 ) -> ExecutionOutcome:
     """
     Execute a planned trajectory and return the outcome.
 
     :param path: ends the execution where the rest of the path has become invalid.
     :param cancelled: whether the client has cancelled its goal.
-    :param observe: called with the seconds since the start, every 20 ms.
     """
     outcome = await execution.run(
-        trajectory, ExecutionWatch(cancelled=cancelled, invalid=path.invalid, observe=observe))
+        trajectory, ExecutionWatch(cancelled=cancelled, invalid=path.invalid))
     return outcome.of_plan(cancelled=cancelled())

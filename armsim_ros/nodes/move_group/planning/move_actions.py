@@ -29,9 +29,9 @@ from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     execute_plan,
     PathWatch,
-    StateRecorder,
     TrajectoryExecutionManager,
 )
+from armsim_ros.nodes.move_group.execution.trajectory_monitor import TrajectoryMonitor
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import (
     drop_robot_state,
@@ -107,10 +107,12 @@ class MoveAction:
                 if plan.response.error_code in PLAN_AGAIN and attempt < attempts:
                     continue
                 return
-            recorder = StateRecorder(self._context, plan.response.trajectory.joint_names)
-            outcome = await self._run(goal, plan, recorder)
+            with TrajectoryMonitor(
+                    self._context.states, plan.response.trajectory.joint_names,
+                    self._context.record_frequency) as monitor:
+                outcome = await self._run(goal, plan)
             result.executed_trajectory = robot_trajectory_message(
-                recorder.trajectory, self._context.frame)
+                monitor.trajectory, self._context.frame)
             fill_error(result.error_code, outcome.code, outcome.message, 'execution')
             if outcome.success:
                 return
@@ -129,7 +131,7 @@ class MoveAction:
                 lambda: context.query_planner.goal_reached(request, scene)))
 
     async def _run(
-        self, goal: ServerGoalHandle, plan: PlanningAnswer, recorder: StateRecorder
+        self, goal: ServerGoalHandle, plan: PlanningAnswer
     ) -> ExecutionOutcome:
         if goal.is_cancel_requested:
             return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
@@ -139,7 +141,7 @@ class MoveAction:
             self._context, trajectory, plan.request.group_name,
             lambda scene: overlay(scene, options.planning_scene_diff))
         return await execute_plan(
-            self._execution, trajectory, path, lambda: goal.is_cancel_requested, recorder.note)
+            self._execution, trajectory, path, lambda: goal.is_cancel_requested)
 
     async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
         end = self._context.clock() + min(max(seconds, 0.0), 60.0)

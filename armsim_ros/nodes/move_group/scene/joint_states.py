@@ -64,8 +64,8 @@ class StateMonitor:
         self.asks: Callable[[], Awaitable[int]] | None = None
         #: Whether messages about the present state carry velocities too.
         self.monitor_dynamics = False
-        #: Called with the time [ns] and all positions after each message; None for nothing.
-        self.recorder: Callable[[int, Mapping[str, float]], None] | None = None
+        #: Called with the time [ns] and all positions after each message.
+        self.recorders: list[Callable[[int, Mapping[str, float]], None]] = []
         #: Where this is False, every wait for a state ends at once, without one.
         self.patient = True
         #: Messages that have come.
@@ -191,8 +191,8 @@ class StateMonitor:
                 self.velocities[name] = message.velocity[index]
         self.count += 1
         self._newest = stamp
-        if self.recorder is not None:
-            self.recorder(stamp, self.positions)
+        for record in self.recorders:
+            record(stamp, self.positions)
         if self._first_ns is None:
             self._first_ns = stamp
         if abs(stamp - self._first_ns) > COMPLETION_NS and not self.complete:

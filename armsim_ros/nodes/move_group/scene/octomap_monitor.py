@@ -154,7 +154,7 @@ class OctomapMonitor:
                           for name, sensor in settings.sensors.items()}
         if not self._updaters:
             return
-        context.states.recorder = self._history.record
+        context.states.recorders.append(self._history.record)
         self._busy = False
         self._timer = context.node.create_timer(
             _RETRY, self._advance, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import itertools
 from typing import Any
 
 from arm_user import until
 from motions import SLOW, target, until_at_rest, until_moving
-from move_group_bench import ABORTED, CANCELED, SUCCEEDED
+from move_group_bench import ABORTED, CANCELED, seconds, SUCCEEDED
 import pytest
 from std_msgs.msg import String
 from wire import quiet_diff, robot_state
@@ -128,6 +129,7 @@ def test_cancel_of_a_motion(home: Any) -> None:
     assert home.move(next(iter(home.states))).code == 'SUCCESS'
 
 
+@pytest.mark.alone
 @pytest.mark.statement('ACT-10', 'ACT-3')
 def test_cancel_of_an_execution(home: Any) -> None:
     """execute_trajectory stops the arm: at rest within 0.5 s, -7, canceled."""
@@ -291,17 +293,27 @@ def test_everything_goes_on_during_a_motion(home: Any) -> None:
 
 @pytest.mark.statement('PAR-6')
 def test_executed_trajectory(home: Any) -> None:
-    """Empty at frequency 0; with a frequency it holds the measured states."""
+    """
+    Empty at frequency 0; with a frequency it holds the measured states from the start on.
+
+    moveit_ros trajectory_monitor.cpp, recordStates.
+    """
     name = 'plan_execution.record_trajectory_state_frequency'
     ended = home.move(home.near(0.2))
     assert ended.code == 'SUCCESS'
     assert not ended.result.executed_trajectory.joint_trajectory.points
     assert home.parameters.set(name, 10.0) == ''
+    begin = home.positions()
     ended = home.move(next(iter(home.states)), max_velocity_scaling_factor=0.1)
     assert home.parameters.set(name, 0.0) == ''
     trajectory = ended.result.executed_trajectory.joint_trajectory
-    assert len(trajectory.points) > 2
     assert list(trajectory.joint_names) == home.group_joints
+    assert list(trajectory.points[0].positions) == pytest.approx(
+        [begin[joint] for joint in home.group_joints], abs=0.02)
+    times = [seconds(point.time_from_start) for point in trajectory.points]
+    assert times[0] == 0.0
+    assert len(times) > 2
+    assert all(later - earlier >= 0.1 - 1e-6 for earlier, later in itertools.pairwise(times))
 
 
 @pytest.mark.statement('ACT-14')

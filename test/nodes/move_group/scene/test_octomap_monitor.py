@@ -78,7 +78,7 @@ class Bench:
         self.ends = False
         self.scene = PlanningScene(KinematicModel(planar_arm()))
         logger = SimpleNamespace(info=self.lines.append, warning=self.lines.append)
-        self.states = SimpleNamespace(recorder=None, now_ns=lambda: round(self.now * SECOND))
+        self.states = SimpleNamespace(recorders=[], now_ns=lambda: round(self.now * SECOND))
         self.context = SimpleNamespace(
             node=self.node, scene=self.scene, states=self.states, logger=logger,
             clock=lambda: self.now, frame=self.scene.model_frame,
@@ -97,8 +97,8 @@ class Bench:
             raise PlanningError(MoveItErrorCode.FAILURE, 'the program ends', source)
 
     def state(self, seconds):
-        self.states.recorder(
-            round(seconds * SECOND), self.scene.kinematic_model.positions(self.scene.q))
+        for record in self.states.recorders:
+            record(round(seconds * SECOND), self.scene.kinematic_model.positions(self.scene.q))
 
     def send(self, points, seconds, frame=None, **parts):
         data = np.asarray(points, dtype='<f4').reshape(-1, 3)
