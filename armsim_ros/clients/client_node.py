@@ -11,6 +11,7 @@ import time
 from typing import Any, ClassVar
 
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from armsim_ros.clients.node import GoalRun, SpinningNode
@@ -160,6 +161,9 @@ class Collector:
     """
     All messages of a topic, oldest first.
 
+    They stay serialized until someone looks at them, which spares most of the work where many
+    come and few are looked at.
+
     :param client: the node that subscribes.
     :param topic: topic name.
     :param kind: message type.
@@ -170,21 +174,26 @@ class Collector:
         self, client: ClientNode, topic: str, kind: type[Any], qos: QoSProfile | int
     ) -> None:
         self.topic = topic
+        self._kind = kind
+        #: The first so many are messages, the others serialized.
+        self._read = 0
         self._messages: list[Any] = []
         self._condition = threading.Condition()
         self._client = client
-        self._subscription = client.node.create_subscription(kind, topic, self._receive, qos)
+        self._subscription = client.node.create_subscription(
+            kind, topic, self._receive, qos, raw=True)
 
     @property
     def messages(self) -> list[Any]:
         """A copy of what has arrived."""
         with self._condition:
-            return list(self._messages)
+            return self._from(0)
 
     def clear(self) -> None:
         """Forget what has arrived."""
         with self._condition:
             self._messages.clear()
+            self._read = 0
 
     def wait(self, count: int = 1, timeout: float = PATIENCE) -> list[Any]:
         """
@@ -197,7 +206,7 @@ class Collector:
             enough = self._condition.wait_for(lambda: len(self._messages) >= count, timeout)
             assert enough, (
                 f'{len(self._messages)} of {count} messages on {self.topic} in {timeout} s')
-            return list(self._messages)
+            return self._from(0)
 
     def wait_after(self, act: Callable[[], Any], timeout: float = PATIENCE) -> Any:
         """
@@ -228,7 +237,7 @@ class Collector:
         deadline = time.monotonic() + timeout
         with self._condition:
             while True:
-                for message in self._messages[seen:]:
+                for message in self._from(seen):
                     if matches(message):
                         return message
                 seen = len(self._messages)
@@ -242,9 +251,15 @@ class Collector:
         self._client.in_executor(
             lambda: self._client.node.destroy_subscription(self._subscription))
 
-    def _receive(self, message: Any) -> None:
+    def _from(self, begin: int) -> list[Any]:
+        for index in range(self._read, len(self._messages)):
+            self._messages[index] = deserialize_message(self._messages[index], self._kind)
+            self._read = index + 1
+        return self._messages[begin:]
+
+    def _receive(self, serialized: bytes) -> None:
         with self._condition:
-            self._messages.append(message)
+            self._messages.append(serialized)
             self._condition.notify_all()
 
 
