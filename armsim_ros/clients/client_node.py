@@ -161,8 +161,8 @@ class Collector:
     """
     All messages of a topic, oldest first.
 
-    They stay serialized until someone looks at them, which spares most of the work where many
-    come and few are looked at.
+    They stay serialized until someone reads them, which spares most of the work where many come
+    and few are read.
 
     :param client: the node that subscribes.
     :param topic: topic name.
