@@ -51,8 +51,11 @@ class Teleop:
         return self.wait()
 
     def wait(self) -> int:
-        """Return the exit status."""
-        return self._program.wait(30.0)
+        """Return the exit status; what is printed tells where a program hangs."""
+        try:
+            return self._program.wait(30.0)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f'teleop does not end: {self.text}') from None
 
     def close(self) -> None:
         """Be gone."""

@@ -208,6 +208,7 @@ def state_steps(bench: Bench, controller: str) -> list[int]:
     return [b - a for a, b in itertools.pairwise(stamps)]
 
 
+@pytest.mark.alone
 @statement('A15')
 def test_controller_state_comes_once_per_update(bench: Bench, arm: TrajectoryController) -> None:
     """With a manager at 100 Hz the stamps of controller_state lie 10 ms apart."""
