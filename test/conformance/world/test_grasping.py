@@ -103,7 +103,6 @@ def test_what_is_too_heavy_is_lost(world: WorldUser) -> None:
     world.spawn('heavy', uri=HEAVY)
     switch(world, 'on')
     before_the_cup(world, 'heavy', 0.0)
-    grasping.wait_for(lambda message: message.data)
     line = world.program.wait_for_line("lost 'heavy'", after=lines)
     assert 'holds 20 N' in line
     grasping.clear()

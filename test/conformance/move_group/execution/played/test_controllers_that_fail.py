@@ -59,6 +59,8 @@ def test_an_arm_that_does_not_come_to_rest(stand: Stand) -> None:
 
     trajectory_execution_manager.cpp: waitForRobotToStop, whose result executeThread ignores.
     """
+    name = 'trajectory_execution.execution_duration_monitoring'
+    assert stand.arm.execution_parameters.set(name, False) == ''
     stand.lower.behaviour = 'late'
     handle = stand.arm.send_execute(stand.trajectory(*LOWER))
     wait_for(lambda: stand.lower.goals)
@@ -70,6 +72,7 @@ def test_an_arm_that_does_not_come_to_rest(stand: Stand) -> None:
     stand.played.shaking = {}
     assert ended.code == 'SUCCESS'
     stand.program.wait_for_line('the robot still moves 1 s after the trajectory has ended')
+    assert stand.arm.execution_parameters.set(name, True) == ''
 
 
 @pytest.mark.statement('EXE-8', 'PAR-5')
