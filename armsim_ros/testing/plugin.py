@@ -107,9 +107,11 @@ def arm(request: pytest.FixtureRequest) -> Iterator[Arm]:
         yield made
 
 
+# pytest leaves functions with __tracebackhide__ out of the reports of failures.
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     """Limit the wall time of what is set up after the arm."""
+    __tracebackhide__ = True
     with _limited(item):
         return (yield)
 
@@ -117,6 +119,7 @@ def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Limit the wall time of the test itself."""
+    __tracebackhide__ = True
     with _limited(item):
         return (yield)
 
@@ -124,6 +127,7 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     """Limit the wall time of what is torn down before the arm."""
+    __tracebackhide__ = True
     with _limited(item):
         return (yield)
 

@@ -183,6 +183,7 @@ def test_a_fixture_that_hangs_is_ended(run_tests, fixture):
     """)
     assert run.parseoutcomes()['errors'] == 1
     run.stdout.fnmatch_lines(['*more than 0.25 s of wall time; at 0.000 s*'])
+    run.stdout.no_fnmatch_line('*plugin.py*')
 
 
 @statement('G8')
