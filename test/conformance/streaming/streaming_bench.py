@@ -229,12 +229,14 @@ class Streamed:
 
     def begin(self) -> None:
         """Go to the place with the trajectory controller; servo runs and has no commands."""
-        self.client.call('/servo_node/pause_servo', SetBool, SetBool.Request(data=False))
+        # A command that is still on its way to servo would replace the trajectory.
+        self.client.call('/servo_node/pause_servo', SetBool, SetBool.Request(data=True))
         self.use(ARM)
         for publisher in (self.trajectory, self.twist, self.jog, self.pose):
             self.until(lambda one=publisher: one.get_subscription_count() > 0, 'the arm listens')
         self.go(PLACE)
         self.rest(0.05)
+        self.client.call('/servo_node/pause_servo', SetBool, SetBool.Request(data=False))
         self.forget()
 
     def use(self, name: str) -> Any:
