@@ -187,7 +187,7 @@ def test_a_fixture_that_hangs_is_ended(run_tests, fixture):
 
 @statement('G8')
 def test_each_test_has_its_own_wall_time(run_tests):
-    """One that was ended leaves the limit of the next as it is."""
+    """The limit of a test does not depend on the test before it."""
     run = run_tests("""
         import threading
 

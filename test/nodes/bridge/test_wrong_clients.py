@@ -111,7 +111,7 @@ def let_crowd(bridge, clients, frames, idle):
 
 @pytest.mark.alone
 def test_random_frames_hold_nobody_up(bridge, talk, gaps, joint_states):
-    """Ten thousand of them, from one client, move nothing."""
+    """Ten thousand of them delay no message to another client, and publish nothing."""
     let_crowd(bridge, 1, 10_000, 0)
     talk().settle()
     assert gaps[0] < 0.1 + 0.02

@@ -130,9 +130,7 @@ class MoveAction:
             await context.queries.submit(
                 lambda: context.query_planner.goal_reached(request, scene)))
 
-    async def _run(
-        self, goal: ServerGoalHandle, plan: PlanningAnswer
-    ) -> ExecutionOutcome:
+    async def _run(self, goal: ServerGoalHandle, plan: PlanningAnswer) -> ExecutionOutcome:
         if goal.is_cancel_requested:
             return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
         goal.publish_feedback(MoveGroup.Feedback(state='MONITOR'))

@@ -66,7 +66,7 @@ class StateMonitor:
         self.monitor_dynamics = False
         #: Called with the time [ns] and all positions after each message.
         self.recorders: list[Callable[[int, Mapping[str, float]], None]] = []
-        #: Where this is False, every wait for a state ends at once, without one.
+        #: False lets every wait for a state end now, as if its time were over.
         self.patient = True
         #: Messages that have come.
         self.count = 0

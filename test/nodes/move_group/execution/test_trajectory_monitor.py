@@ -46,7 +46,7 @@ def test_no_more_than_the_frequency(states, hear):
 
 
 def test_nothing_is_recorded_before_all_joints_are_known(states, hear):
-    """A message of other joints is no state."""
+    """Messages that lack some of the joints are left out."""
     with TrajectoryMonitor(states, ('a', 'b'), 10.0) as monitor:
         hear(1.0, a=1.0)
         hear(2.0, a=1.0, b=2.0)
@@ -54,7 +54,7 @@ def test_nothing_is_recorded_before_all_joints_are_known(states, hear):
 
 
 def test_nothing_is_recorded_after_the_end(states, hear):
-    """A motion of another goal is no part of it."""
+    """The states of the next motion are left out."""
     with TrajectoryMonitor(states, ('a',), 10.0) as monitor:
         hear(1.0, a=1.0)
     hear(2.0, a=2.0)
