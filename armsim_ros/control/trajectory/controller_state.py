@@ -20,6 +20,8 @@ from armsim_ros.trajectory import TrajectoryPoint
 
 RECORDS = 8
 REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14
+#: In the order of the rows.
+KINDS = ('position', 'velocity', 'acceleration', 'effort')
 
 
 class StateRecord:
@@ -90,41 +92,17 @@ class StateRing:
         self._sequence += 1
         self.latest = record
 
-    def copy(self) -> tuple[StateRecord, Matrix] | None:
-        """Return the newest record's scalars and a copy of its data; None before the first."""
-        while True:
-            record = self.latest
-            if record is None:
-                return None
-            sequence = record.sequence
-            copied = (_scalars(record), record.data.copy())
-            if sequence >= 0 and record.sequence == sequence:
-                return copied
-
-
-_SCALARS = ('sequence', 'time_ns', 'desired_time', 'actual_time', 'scaling', 'motion', 'goal')
-
-
-def _scalars(record: StateRecord) -> StateRecord:
-    copy = StateRecord.__new__(StateRecord)
-    for name in _SCALARS:
-        setattr(copy, name, getattr(record, name))
-    return copy
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerSnapshot:
     """
     Content of ``controller_state``, and of the feedback of a goal, which has efforts too.
 
-    :param reference: where the joints should be now.
-    :param feedback: where they are.
-    :param error: reference minus feedback, the short way for continuous joints.
-    :param output: what was commanded, NaN for joints that are not commanded.
+    :param data: the rows of a :class:`StateRecord`.
+    :param state_interfaces: what feedback and error have.
+    :param command_interfaces: what the output has.
     :param desired_time_from_start: of the trajectory, at its scaled pace [s].
     :param actual_time_from_start: since the trajectory started [s].
-    :param desired_effort: (n,) of the trajectory, 0 without [N*m or N].
-    :param commanded_effort: (n,) the same of what was commanded.
     :param sequence: number of the update.
     :param goal: active in that update; a new goal is not before its first.
     :param motion: the trajectory that runs, None while the joints are held.
@@ -132,18 +110,54 @@ class ControllerSnapshot:
 
     time_ns: int
     joint_names: tuple[str, ...]
-    reference: TrajectoryPoint
-    feedback: TrajectoryPoint
-    error: TrajectoryPoint
-    output: TrajectoryPoint
+    data: Matrix
+    state_interfaces: tuple[str, ...]
+    command_interfaces: tuple[str, ...]
     desired_time_from_start: float
     actual_time_from_start: float
     speed_scaling_factor: float
-    desired_effort: Vector
-    commanded_effort: Vector
     sequence: int
     goal: TrajectoryGoal | None = None
     motion: Motion | None = None
+
+    @property
+    def reference(self) -> TrajectoryPoint:
+        """Where the joints should be now."""
+        return self._point(REFERENCE, KINDS[:3])
+
+    @property
+    def feedback(self) -> TrajectoryPoint:
+        """Where they are."""
+        return self._point(FEEDBACK, self.state_interfaces)
+
+    @property
+    def error(self) -> TrajectoryPoint:
+        """Reference minus feedback, the short way for continuous joints."""
+        return self._point(ERROR, self.state_interfaces)
+
+    @property
+    def output(self) -> TrajectoryPoint:
+        """What was commanded, NaN for joints that are not commanded."""
+        return self._point(OUTPUT, self.command_interfaces)
+
+    @property
+    def desired_effort(self) -> Vector:
+        """Of the trajectory (n,), 0 without [N*m or N]."""
+        return self._effort(REFERENCE_EFFORT)
+
+    @property
+    def commanded_effort(self) -> Vector:
+        """Of what was commanded (n,), 0 without [N*m or N]."""
+        return self._effort(ROWS - 1)
+
+    def _point(self, first: int, have: tuple[str, ...]) -> TrajectoryPoint:
+        return TrajectoryPoint(*(
+            self.data[first + i] if kind in have else np.empty(0)
+            for i, kind in enumerate(KINDS)))
+
+    def _effort(self, row: int) -> Vector:
+        commanded = 'effort' in self.command_interfaces
+        return self.data[row] if commanded else np.zeros(len(self.joint_names))
 
 
 def snapshot_of(
@@ -156,23 +170,17 @@ def snapshot_of(
     :param states: interfaces that feedback and error have.
     :param commands: interfaces that output has.
     """
-    copied = ring.copy()
-    if copied is None:
-        return None
-    scalars, data = copied
-    kinds = ('position', 'velocity', 'acceleration', 'effort')
-
-    def point(first: int, have: tuple[str, ...]) -> TrajectoryPoint:
-        rows = [data[first + i] if kind in have else np.empty(0) for i, kind in enumerate(kinds)]
-        return TrajectoryPoint(*rows)
-
-    efforts = np.zeros((2, len(joint_names)))
-    if 'effort' in commands:
-        efforts = data[[REFERENCE_EFFORT, ROWS - 1]]
-    return ControllerSnapshot(
-        scalars.time_ns, joint_names, point(REFERENCE, kinds[:3]), point(FEEDBACK, states),
-        point(ERROR, states), point(OUTPUT, commands), scalars.desired_time, scalars.actual_time,
-        scalars.scaling, efforts[0], efforts[1], scalars.sequence, scalars.goal, scalars.motion)
+    while True:
+        record = ring.latest
+        if record is None:
+            return None
+        sequence = record.sequence
+        snapshot = ControllerSnapshot(
+            record.time_ns, joint_names, record.data.copy(), states, commands,
+            record.desired_time, record.actual_time, record.scaling, sequence, record.goal,
+            record.motion)
+        if sequence >= 0 and record.sequence == sequence:
+            return snapshot
 
 
 def _empty() -> Vector:

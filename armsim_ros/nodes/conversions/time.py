@@ -50,12 +50,20 @@ def fill_duration(message: Duration, seconds: float) -> None:
     """
     Write a duration into an existing message.
 
+    :param seconds: [s], see :func:`ns_from_seconds`.
+    """
+    message.sec, message.nanosec = divmod(ns_from_seconds(seconds), NANOSECONDS)
+
+
+def ns_from_seconds(seconds: float) -> int:
+    """
+    Return a duration as [ns].
+
     :param seconds: [s]; NaN counts as 0, what does not fit 32 bit is cut.
     """
     if math.isnan(seconds):
         seconds = 0.0
-    seconds = min(max(seconds, -2.0**31), 2.0**31 - 1.0)
-    message.sec, message.nanosec = divmod(round(seconds * NANOSECONDS), NANOSECONDS)
+    return round(min(max(seconds, -2.0**31), 2.0**31 - 1.0) * NANOSECONDS)
 
 
 def seconds_from_duration(message: Duration) -> float:

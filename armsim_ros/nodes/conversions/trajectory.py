@@ -19,7 +19,14 @@ from trajectory_msgs.msg import JointTrajectoryPoint as JointTrajectoryPointMess
 from trajectory_msgs.msg import MultiDOFJointTrajectory, MultiDOFJointTrajectoryPoint
 
 from armsim_ros.arrays import Vector
-from armsim_ros.control.trajectory.controller_state import ControllerSnapshot
+from armsim_ros.control.trajectory.controller_state import (
+    ControllerSnapshot,
+    ERROR,
+    FEEDBACK,
+    KINDS,
+    OUTPUT,
+    REFERENCE,
+)
 from armsim_ros.control.trajectory.tolerances import JointTolerance
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import MultiDofTrajectory
@@ -27,6 +34,7 @@ from armsim_ros.nodes.conversions.serialized import SerializedMessage
 from armsim_ros.nodes.conversions.time import (
     fill_duration,
     fill_time,
+    ns_from_seconds,
     ns_from_time,
     seconds_from_duration,
 )
@@ -194,17 +202,52 @@ class DynamicJointStateBuffer:
         return self.message
 
 
-def fill_controller_state(
-    message: JointTrajectoryControllerState, snapshot: ControllerSnapshot
-) -> None:
-    """Write a snapshot into the message of ``controller_state``."""
-    fill_time(message.header.stamp, snapshot.time_ns)
-    message.joint_names = list(snapshot.joint_names)
-    fill_point(message.reference, snapshot.reference, snapshot.desired_time_from_start)
-    fill_point(message.feedback, snapshot.feedback, snapshot.actual_time_from_start)
-    fill_point(message.error, snapshot.error, snapshot.actual_time_from_start)
-    fill_point(message.output, snapshot.output, snapshot.desired_time_from_start)
-    message.speed_scaling_factor = snapshot.speed_scaling_factor
+class SerializedControllerState:
+    """
+    The message of ``controller_state``, for all snapshots with the same joints and interfaces.
+
+    :param snapshot: one of them.
+    """
+
+    def __init__(self, snapshot: ControllerSnapshot) -> None:
+        joints, states, commands = self._shape = _shape(snapshot)
+        message = JointTrajectoryControllerState(joint_names=list(joints))
+        parts = (
+            (message.reference, REFERENCE, KINDS[:3]), (message.feedback, FEEDBACK, states),
+            (message.error, ERROR, states), (message.output, OUTPUT, commands))
+        numbers: list[tuple[Any, str]] = []
+        rows = []
+        for point, first, have in parts:
+            for i, (kind, field) in enumerate(_FIELDS.items()):
+                if kind in have:
+                    setattr(point, field, _numbers(np.zeros(len(joints))))
+                    numbers.append((point, field))
+                    rows.append(first + i)
+        self._rows = np.array(rows, np.intp)
+        self._message = SerializedMessage(
+            message, [message.header.stamp], [*numbers, (message, 'speed_scaling_factor')],
+            [point.time_from_start for point, _, _ in parts])
+
+    def fits(self, snapshot: ControllerSnapshot) -> bool:
+        """Return whether the snapshot has the same joints and interfaces."""
+        return self._shape == _shape(snapshot)
+
+    def of(self, snapshot: ControllerSnapshot) -> bytes:
+        """Return what is to be sent of a snapshot."""
+        desired = ns_from_seconds(snapshot.desired_time_from_start)
+        actual = ns_from_seconds(snapshot.actual_time_from_start)
+        self._message.set_numbers(
+            np.append(snapshot.data[self._rows], snapshot.speed_scaling_factor))
+        self._message.set_durations(np.array([desired, actual, actual, desired]))
+        return self._message.at(snapshot.time_ns)
+
+
+#: Interface -> field of a point.
+_FIELDS = dict(zip(KINDS, ('positions', 'velocities', 'accelerations', 'effort'), strict=True))
+
+
+def _shape(snapshot: ControllerSnapshot) -> tuple[tuple[str, ...], ...]:
+    return snapshot.joint_names, snapshot.state_interfaces, snapshot.command_interfaces
 
 
 def fill_feedback(message: FollowJointTrajectory.Feedback, snapshot: ControllerSnapshot) -> None:

@@ -39,8 +39,8 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import fill_time
 from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
-    fill_controller_state,
     serialized_joint_state,
+    SerializedControllerState,
 )
 from armsim_ros.nodes.qos import CalmSubscribers, WantedPublisher
 
@@ -79,7 +79,7 @@ class ControllerStatePublisher:
 
     def __init__(self, node: Node, controller: JointTrajectoryController) -> None:
         self._controller = controller
-        self._message = JointTrajectoryControllerState()
+        self._message: SerializedControllerState | None = None
         self._published = -1
         self._publisher = WantedPublisher(
             node, JointTrajectoryControllerState, '~/controller_state', qos.STATE)
@@ -93,8 +93,9 @@ class ControllerStatePublisher:
         snapshot = self._controller.snapshot()
         if snapshot is not None and snapshot.sequence != self._published:
             self._published = snapshot.sequence
-            fill_controller_state(self._message, snapshot)
-            self._publisher.publish(self._message, time_ns)
+            if self._message is None or not self._message.fits(snapshot):
+                self._message = SerializedControllerState(snapshot)
+            self._publisher.publish(self._message.of(snapshot), time_ns)
 
 
 class PidTopics:
