@@ -64,7 +64,7 @@ class RosArm(Arm):
             if isinstance(controller.parameters, GripperParameters)
             and controller.name in settings.spawn}
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
-        self._start_ns = _stamp_ns(self._states.wait()[-1])
+        self._start_ns = _stamp_ns(self._present())
 
     @property
     def name(self) -> str:
@@ -74,14 +74,12 @@ class RosArm(Arm):
     @property
     def time(self) -> float:
         """Simulated time since the test began [s]."""
-        return (_stamp_ns(self._states.messages[-1]) - self._start_ns) / SECOND_NS
+        return self._since_start(self._present())
 
     @property
     def positions(self) -> dict[str, float]:
-        """Joint -> position [rad or m], of a message that comes from now on."""
-        self._states.clear()
-        message = self._states.wait()[-1]
-        return dict(zip(message.name, message.position, strict=True))
+        """Joint -> position [rad or m]."""
+        return _positions(self._present())
 
     @cached_property
     def named_states(self) -> dict[str, dict[str, float]]:
@@ -125,8 +123,18 @@ class RosArm(Arm):
 
     def wait(self, seconds: float) -> None:
         """Wait until simulated time has moved on [s]."""
-        end_ns = _stamp_ns(self._states.wait()[-1]) + round(seconds * SECOND_NS)
+        end_ns = _stamp_ns(self._present()) + round(seconds * SECOND_NS)
         self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
+
+    def _present(self) -> JointState:
+        """Return the state of now; what is on its way to a busy process may be older."""
+        self._states.clear()
+        now_ns = int(self.robot.client.call('/simulation/sync', Trigger).message)
+        state: JointState = self._states.wait_for(lambda message: _stamp_ns(message) >= now_ns)
+        return state
+
+    def _since_start(self, state: JointState) -> float:
+        return (_stamp_ns(state) - self._start_ns) / SECOND_NS
 
     def fault(self, joint: str, **fault: Any) -> None:
         """Make a joint fail from now on, or be well again where nothing is given."""
@@ -260,8 +268,9 @@ class RosArm(Arm):
 
     def summary(self) -> str:
         """Return where the arm is, in a line."""
-        at = ', '.join(f'{joint} {value:.4f}' for joint, value in self.positions.items())
-        return f'at {self.time:.3f} s: {at}'
+        state = self._present()
+        at = ', '.join(f'{joint} {value:.4f}' for joint, value in _positions(state).items())
+        return f'at {self._since_start(state):.3f} s: {at}'
 
     def event_lines(self) -> list[str]:
         """Return what the programs printed last."""
@@ -287,3 +296,7 @@ def _text(value: float | Sequence[float]) -> str:
 
 def _stamp_ns(message: JointState) -> int:
     return message.header.stamp.sec * SECOND_NS + message.header.stamp.nanosec
+
+
+def _positions(state: JointState) -> dict[str, float]:
+    return dict(zip(state.name, state.position, strict=True))

@@ -22,6 +22,7 @@ TESTS = f"""
 
     import pytest
     from armsim_ros import SimulationError
+    from armsim_ros.clients.simulation import SimulationClient
     from armsim_ros.testing import assert_reached, assert_rejected
 
     os.environ['ROS_DOMAIN_ID'] = '7'
@@ -53,6 +54,16 @@ TESTS = f"""
         assert_rejected(arm, [(1.0, [0.1] * 6)])
         arm.clear_stop()
         assert arm.safety == 'NORMAL'
+
+    @pytest.mark.armsim(mode='process', faults={{'joint_6': {{}}}})
+    def test_while_time_stands_still(arm):
+        simulation = SimulationClient(arm.robot.client)
+        simulation.pause()
+        begin = arm.time
+        simulation.step(7)
+        assert arm.time - begin == pytest.approx(0.007)
+        assert_reached(arm, {{'joint_5': 0.0}})
+        simulation.play()
 
     @pytest.mark.armsim(robot={str(HAND)!r}, mode='process')
     def test_holds_and_lets_go(arm, request):
@@ -97,7 +108,7 @@ def programs(run):
 def test_the_same_test_runs_on_the_real_programs(run):
     """In mode process the fixture drives bringup on a leased domain, and records what it does."""
     assert run.outcome('test_over_ros') == 'passed'
-    assert len(list(run.folder.glob('armsim-artifacts/*.mcap'))) == 4
+    assert len(list(run.folder.glob('armsim-artifacts/*.mcap'))) == 5
 
 
 @statement('G5')
@@ -105,6 +116,12 @@ def test_the_next_test_has_the_same_programs_put_back(run, programs):
     """Arm, time and world are as after a start, whatever is wrong with the joints this time."""
     assert run.outcome('test_from_the_same_start') == 'passed'
     assert programs[0] == programs[1]
+
+
+@statement('G3')
+def test_what_is_asked_is_of_now(run):
+    """Time and positions are those of the question, not of a message that was on its way."""
+    assert run.outcome('test_while_time_stands_still') == 'passed'
 
 
 @statement('G3', 'G6')
@@ -117,8 +134,8 @@ def test_a_running_stack_grasps_alike(run):
 def test_another_build_and_programs_that_died_are_started_anew(run, programs):
     """Programs serve tests of one build, and only as long as they run."""
     assert run.outcome('test_after_programs_that_died') == 'passed'
-    assert len(programs) == 4
-    assert len(set(programs[1:])) == 3
+    assert len(programs) == 5
+    assert len(set(programs[2:])) == 3
 
 
 @statement('G5')
