@@ -15,6 +15,7 @@ from rclpy.qos import QoSProfile
 
 from armsim_ros.clients.node import forward, GoalRun, SpinningNode
 from armsim_ros.errors import ArmsimError
+from armsim_ros.nodes.leaving import leaving_graph
 from armsim_ros.nodes.polling_node import OutsideExecutors
 
 
@@ -41,6 +42,11 @@ class RosClient(SpinningNode):
         super().__init__(name, ros_args, **{
             'enable_rosout': False, 'start_parameter_services': False, **options})
         self._aside = OutsideExecutors()
+
+    def close(self) -> None:
+        """Leave the graph; a process in which the middleware hangs then ends with status 1."""
+        with leaving_graph():
+            super().close()
 
     def prepare(self, kind: type[Any], name: str, *, action: bool = False) -> None:
         """Make a client now, so that its server has found it when it is needed."""

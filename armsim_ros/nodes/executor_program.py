@@ -20,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
+from armsim_ros.nodes.leaving import leaving_graph
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
@@ -72,8 +73,9 @@ class ExecutorProgram(ABC):
             finally:
                 # First the endpoints, so that clients see them gone; threads may take a while.
                 executor.shutdown(0.0)
-                node.destroy_node()
-                rclpy.try_shutdown()
+                with leaving_graph():
+                    node.destroy_node()
+                    rclpy.try_shutdown()
 
     @abstractmethod
     def _serve(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable, Iterable
+import faulthandler
 import os
 import signal
 import threading
@@ -27,6 +28,8 @@ PATIENCE = {True: 2.0, False: 5.0}
 _PERIOD = 0.02
 #: Longest wait inside the middleware; Ctrl-C takes effect after it [s].
 _SPIN = 0.1
+#: Time in which the node is destroyed, however busy the machine is [s].
+_LONGEST_LEAVE = 30.0
 
 
 class _HeldSignals:
@@ -110,8 +113,11 @@ class Session:
         import rclpy
 
         self._executor.shutdown(0)
+        # Fast DDS may hang here with Python's lock, see armsim_ros.nodes.leaving.
+        faulthandler.dump_traceback_later(_LONGEST_LEAVE, exit=True)
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
+        faulthandler.cancel_dump_traceback_later()
 
     def settle(self) -> None:
         """Wait until discovery brings nothing new, at most for the spin time."""

@@ -26,6 +26,7 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
+from armsim_ros.nodes.leaving import leaving_graph
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.upstream.robot_state_publisher import transform
 from armsim_ros.sim.camera import Camera, Snapshot
@@ -86,8 +87,9 @@ class CameraProgram:
             if self._renderer is not None:
                 self._renderer.close()
             executor.shutdown(0.0)
-            self._node.destroy_node()
-            rclpy.try_shutdown()
+            with leaving_graph():
+                self._node.destroy_node()
+                rclpy.try_shutdown()
         return 0
 
     def _choose_backend(self) -> None:

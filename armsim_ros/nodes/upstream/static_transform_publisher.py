@@ -20,6 +20,7 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
+from armsim_ros.nodes.leaving import leaving_graph
 from armsim_ros.nodes.robot_program import StopSignals
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
@@ -142,7 +143,8 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     finally:
         # A participant that is left to the end of the process may wait there for seconds for a
         # listener whose thread is gone.
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
+        with leaving_graph():
+            if node is not None:
+                node.destroy_node()
+            rclpy.try_shutdown()
     return 0
