@@ -10,6 +10,7 @@ import faulthandler
 
 #: Time in which nodes are destroyed, however busy the machine is [s].
 LONGEST_LEAVE = 30.0
+STDERR = 2
 
 
 @contextmanager
@@ -23,7 +24,8 @@ def leaving_graph(limit: float = LONGEST_LEAVE) -> Iterator[None]:
 
     :param limit: [s].
     """
-    faulthandler.dump_traceback_later(limit, exit=True)
+    # sys.stderr may be no file, such as where pytest captures it.
+    faulthandler.dump_traceback_later(limit, exit=True, file=STDERR)
     try:
         yield
     finally:

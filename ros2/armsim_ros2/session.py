@@ -30,6 +30,7 @@ _PERIOD = 0.02
 _SPIN = 0.1
 #: Time in which the node is destroyed, however busy the machine is [s].
 _LONGEST_LEAVE = 30.0
+_STDERR = 2
 
 
 class _HeldSignals:
@@ -114,7 +115,7 @@ class Session:
 
         self._executor.shutdown(0)
         # Fast DDS may hang here with Python's lock, see armsim_ros.nodes.leaving.
-        faulthandler.dump_traceback_later(_LONGEST_LEAVE, exit=True)
+        faulthandler.dump_traceback_later(_LONGEST_LEAVE, exit=True, file=_STDERR)
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
         faulthandler.cancel_dump_traceback_later()
