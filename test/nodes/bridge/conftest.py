@@ -4,18 +4,12 @@
 
 import contextlib
 import json
-import os
-import threading
 
 import cbor2
 import pytest
-import rclpy
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 from websockets.sync.client import connect
 
+from armsim_ros.clients.node import SpinningNode
 from armsim_ros.testing.program import start_program
 
 #: For what comes after a while [s].
@@ -98,18 +92,6 @@ def talk(bridge):
 @pytest.fixture(scope='module')
 def peer():
     """Return a node whose callbacks run in a thread."""
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ['ROS_DOMAIN_ID']),
-               signal_handler_options=SignalHandlerOptions.NO)
-    node = rclpy.create_node('peer', context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    end = Future()
-    thread = threading.Thread(
-        target=executor.spin_until_future_complete, args=(end,), daemon=True)
-    thread.start()
-    yield node
-    executor.create_task(end.set_result, None)
-    thread.join(5.0)
-    node.destroy_node()
-    context.try_shutdown()
+    peer = SpinningNode('peer')
+    yield peer.node
+    peer.close()
