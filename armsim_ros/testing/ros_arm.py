@@ -38,6 +38,8 @@ from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, To
 from armsim_ros.testing.robot_user import RobotUser
 
 SECOND_NS = 1_000_000_000
+#: A joint that is slower has arrived [rad/s or m/s].
+AT_REST = 0.001
 #: Fingers without a gripper controller move so long [s].
 FINGERS_MOVE = 1.0
 
@@ -104,7 +106,7 @@ class RosArm(Arm):
                 result.error_code.val, result.error_code.message, result.error_code.source)
 
     def follow(self, points: Points) -> None:
-        """Have the controllers run a trajectory as it is, and wait for its end."""
+        """Have the controllers run a trajectory as it is, and wait until the arm rests."""
         trajectory = self.trajectory(points)
         try:
             chosen = select_controllers(trajectory.joint_names, self._controllers)
@@ -120,11 +122,25 @@ class RosArm(Arm):
         for outcome in [goal.result(trajectory.duration + 20.0) for goal in goals]:
             if outcome.status != SUCCEEDED:
                 raise ControllerError(outcome.error_string or f'status {outcome.status}')
+        self._wait_for_rest(trajectory.joint_names)
 
     def wait(self, seconds: float) -> None:
         """Wait until simulated time has moved on [s]."""
         end_ns = _stamp_ns(self._present()) + round(seconds * SECOND_NS)
         self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
+
+    def _wait_for_rest(self, joints: Sequence[str]) -> None:
+        """Wait until these joints rest, which a controller does not, for a second at most."""
+        begin_ns = _stamp_ns(self._present())
+
+        def rests(state: JointState) -> bool:
+            passed_ns = _stamp_ns(state) - begin_ns
+            return passed_ns >= SECOND_NS or (passed_ns >= 0 and not any(
+                abs(velocity) >= AT_REST
+                for name, velocity in zip(state.name, state.velocity, strict=False)
+                if name in joints))
+
+        self._states.wait_for(rests)
 
     def _present(self) -> JointState:
         """Return the state of now; what is on its way to a busy process may be older."""

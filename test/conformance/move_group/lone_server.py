@@ -191,9 +191,10 @@ class PlayedController:
             await future
             handle.succeed()
         elif self.behaviour in ('hold', 'mute', 'give up'):
-            future = Future()
-            self._running.append(future)
-            await future
+            if not handle.is_cancel_requested:
+                future = Future()
+                self._running.append(future)
+                await future
             if not handle.is_cancel_requested:
                 handle._update_state(rclpy_implementation.GoalEvent.CANCEL_GOAL)
             handle.canceled()

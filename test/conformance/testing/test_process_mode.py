@@ -65,6 +65,11 @@ TESTS = f"""
         assert_reached(arm, {{'joint_5': 0.0}})
         simulation.play()
 
+    @pytest.mark.armsim(mode='process', faults={{'joint_6': {{'lag': 0.1}}}})
+    def test_at_rest_after_a_trajectory(arm):
+        arm.follow([(0.2, [0.1] * 6)])
+        assert_reached(arm, {{'joint_6': 0.1}})
+
     @pytest.mark.armsim(robot={str(HAND)!r}, mode='process')
     def test_holds_and_lets_go(arm, request):
         arm.spawn('post', (0.03,) * 3, (0.0, 0.0, 1.12))
@@ -108,7 +113,7 @@ def programs(run):
 def test_the_same_test_runs_on_the_real_programs(run):
     """In mode process the fixture drives bringup on a leased domain, and records what it does."""
     assert run.outcome('test_over_ros') == 'passed'
-    assert len(list(run.folder.glob('armsim-artifacts/*.mcap'))) == 5
+    assert len(list(run.folder.glob('armsim-artifacts/*.mcap'))) == 6
 
 
 @statement('G5')
@@ -124,6 +129,12 @@ def test_what_is_asked_is_of_now(run):
     assert run.outcome('test_while_time_stands_still') == 'passed'
 
 
+@statement('G3')
+def test_a_trajectory_ends_when_the_arm_rests(run):
+    """A controller answers at the trajectory's end, when a joint that lags has not arrived."""
+    assert run.outcome('test_at_rest_after_a_trajectory') == 'passed'
+
+
 @statement('G3', 'G6')
 def test_a_running_stack_grasps_alike(run):
     """By the gripper's action: what is held stays up, what is let go falls."""
@@ -134,8 +145,8 @@ def test_a_running_stack_grasps_alike(run):
 def test_another_build_and_programs_that_died_are_started_anew(run, programs):
     """Programs serve tests of one build, and only as long as they run."""
     assert run.outcome('test_after_programs_that_died') == 'passed'
-    assert len(programs) == 5
-    assert len(set(programs[2:])) == 3
+    assert len(programs) == 6
+    assert len(set(programs[3:])) == 3
 
 
 @statement('G5')

@@ -63,7 +63,7 @@ def test_an_arm_that_does_not_come_to_rest(stand: Stand) -> None:
     assert stand.arm.execution_parameters.set(name, False) == ''
     stand.lower.behaviour = 'late'
     handle = stand.arm.send_execute(stand.trajectory(*LOWER))
-    wait_for(lambda: stand.lower.goals)
+    wait_for(stand.lower.waits)
     stand.played.shaking = {'joint_1': 0.3}
     stand.lower.release()
     with pytest.raises(AssertionError, match='no result'):
@@ -160,9 +160,7 @@ def test_a_goal_that_the_controller_cancels(stand: Stand) -> None:
     handles = (lambda: stand.arm.send_execute(stand.trajectory(*LOWER, *UPPER)),
                lambda: stand.arm.send_move(dict.fromkeys(START, 0.3)))
     for send, code in zip(handles, ('PREEMPTED', 'CONTROL_FAILED'), strict=True):
-        stand.whole.goals.clear()
         handle = send()
-        wait_for(lambda: stand.whole.goals)
         wait_for(stand.whole.waits)
         stand.whole.release()
         ended = stand.arm.ended(handle, timeout=20.0)
