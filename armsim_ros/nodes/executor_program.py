@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.nodes.leaving import leaving_graph
+from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
@@ -73,9 +73,7 @@ class ExecutorProgram(ABC):
             finally:
                 # First the endpoints, so that clients see them gone; threads may take a while.
                 executor.shutdown(0.0)
-                with leaving_graph():
-                    node.destroy_node()
-                    rclpy.try_shutdown()
+                leave_graph(node)
 
     @abstractmethod
     def _serve(

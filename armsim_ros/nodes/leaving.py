@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 import faulthandler
 
+import rclpy
+from rclpy.node import Node
+
 #: Time in which nodes are destroyed, however busy the machine is [s].
 LONGEST_LEAVE = 30.0
 STDERR = 2
@@ -30,3 +33,11 @@ def leaving_graph(limit: float = LONGEST_LEAVE) -> Iterator[None]:
         yield
     finally:
         faulthandler.cancel_dump_traceback_later()
+
+
+def leave_graph(*nodes: Node) -> None:
+    """Destroy the nodes of a program and shut rclpy down, see :func:`leaving_graph`."""
+    with leaving_graph():
+        for node in nodes:
+            node.destroy_node()
+        rclpy.try_shutdown()

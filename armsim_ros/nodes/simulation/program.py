@@ -23,7 +23,7 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
-from armsim_ros.nodes.leaving import leaving_graph
+from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.robot_program import LAST_ANSWERS_TIME
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
@@ -152,10 +152,7 @@ class SimulationProgram:
             if self._dump is not None:
                 self._dump.close()
         finally:
-            with leaving_graph():
-                for node in nodes:
-                    node.destroy_node()
-                rclpy.try_shutdown()
+            leave_graph(*nodes)
             for lock in self._locks:
                 lock.release()
         return self._status

@@ -20,7 +20,7 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.leaving import leaving_graph
+from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.robot_program import StopSignals
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
@@ -128,9 +128,10 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     # rclpy's own handlers would raise, or shut the context down, in the midst of anything.
     signals = StopSignals()
     rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    node: Node | None = None
+    nodes: list[Node] = []
     try:
         node = Node(name, **options)
+        nodes.append(node)
         kept = make(node)
         with WaitSetExecutor() as executor:
             executor.add_node(node)
@@ -143,8 +144,5 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     finally:
         # A participant that is left to the end of the process may wait there for seconds for a
         # listener whose thread is gone.
-        with leaving_graph():
-            if node is not None:
-                node.destroy_node()
-            rclpy.try_shutdown()
+        leave_graph(*nodes)
     return 0
