@@ -15,8 +15,8 @@ from rclpy.qos import QoSProfile
 
 from armsim_ros.clients.node import forward, GoalRun, SpinningNode
 from armsim_ros.errors import ArmsimError
-from armsim_ros.nodes.leaving import leaving_graph
 from armsim_ros.nodes.polling_node import OutsideExecutors
+from armsim_ros.nodes.shutdown import bounded_shutdown
 
 
 class NotServedError(ArmsimError):
@@ -44,8 +44,8 @@ class RosClient(SpinningNode):
         self._aside = OutsideExecutors()
 
     def close(self) -> None:
-        """Leave the graph; a process in which the middleware hangs then ends with status 1."""
-        with leaving_graph():
+        """Leave the graph; a process that the middleware blocks then ends with status 1."""
+        with bounded_shutdown():
             super().close()
 
     def prepare(self, kind: type[Any], name: str, *, action: bool = False) -> None:

@@ -20,8 +20,8 @@ from rclpy.signals import SignalHandlerOptions
 from armsim_ros.cli.arguments import ProgramArguments
 from armsim_ros.cli.environment import started_by_bringup
 from armsim_ros.cli.settings import cell_of
-from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.shutdown import shut_down
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 
@@ -73,7 +73,7 @@ class ExecutorProgram(ABC):
             finally:
                 # First the endpoints, so that clients see them gone; threads may take a while.
                 executor.shutdown(0.0)
-                leave_graph(node)
+                shut_down(node)
 
     @abstractmethod
     def _serve(

@@ -17,6 +17,8 @@ from armsim_ros.clients.move_group import MoveGroupClient
 from armsim_ros.clients.trajectory import Outcome, trajectory_message, TrajectoryClient
 from armsim_ros.testing.program import private_domain, Program, start_program
 
+#: A joint that is slower has come to rest [rad/s or m/s].
+AT_REST = 0.001
 READY = 'You can start planning now!'
 
 
@@ -59,7 +61,7 @@ class RobotUser:
     def wait_until_still(self) -> None:
         """Wait for a message in which no joint moves."""
         with self._joint_states() as states:
-            states.wait_for(lambda message: max(map(abs, message.velocity), default=0.0) < 0.001)
+            states.wait_for(lambda message: max(map(abs, message.velocity), default=0.0) < AT_REST)
 
     def send(self, controller: str, joints: Sequence[str],
              points: Sequence[tuple[float, Sequence[float]]], **tolerances: Any) -> Outcome:

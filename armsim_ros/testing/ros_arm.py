@@ -35,11 +35,9 @@ from armsim_ros.execution.controller_selection import select_controllers, split_
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
-from armsim_ros.testing.robot_user import RobotUser
+from armsim_ros.testing.robot_user import AT_REST, RobotUser
 
 SECOND_NS = 1_000_000_000
-#: A joint that is slower has arrived [rad/s or m/s].
-AT_REST = 0.001
 #: Fingers without a gripper controller move so long [s].
 FINGERS_MOVE = 1.0
 
@@ -130,7 +128,7 @@ class RosArm(Arm):
         self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
 
     def _wait_for_rest(self, joints: Sequence[str]) -> None:
-        """Wait until these joints rest, which a controller does not, for a second at most."""
+        """Wait until these joints have come to rest, for a second of simulated time at most."""
         begin_ns = _stamp_ns(self._present())
 
         def rests(state: JointState) -> bool:
@@ -143,7 +141,7 @@ class RosArm(Arm):
         self._states.wait_for(rests)
 
     def _present(self) -> JointState:
-        """Return the state of now; what is on its way to a busy process may be older."""
+        """Return the present state; messages on their way to a busy process may be older."""
         self._states.clear()
         now_ns = int(self.robot.client.call('/simulation/sync', Trigger).message)
         state: JointState = self._states.wait_for(lambda message: _stamp_ns(message) >= now_ns)

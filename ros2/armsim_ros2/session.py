@@ -28,8 +28,8 @@ PATIENCE = {True: 2.0, False: 5.0}
 _PERIOD = 0.02
 #: Longest wait inside the middleware; Ctrl-C takes effect after it [s].
 _SPIN = 0.1
-#: Time in which the node is destroyed, however busy the machine is [s].
-_LONGEST_LEAVE = 30.0
+#: A shutdown that takes longer is blocked for good, however busy the machine is [s].
+_SHUTDOWN_LIMIT = 30.0
 _STDERR = 2
 
 
@@ -114,11 +114,13 @@ class Session:
         import rclpy
 
         self._executor.shutdown(0)
-        # Fast DDS may hang here with Python's lock, see armsim_ros.nodes.leaving.
-        faulthandler.dump_traceback_later(_LONGEST_LEAVE, exit=True, file=_STDERR)
-        self.node.destroy_node()
-        rclpy.shutdown(context=self._context)
-        faulthandler.cancel_dump_traceback_later()
+        # Fast DDS may block for good and hold Python's lock, see armsim_ros.nodes.shutdown.
+        faulthandler.dump_traceback_later(_SHUTDOWN_LIMIT, exit=True, file=_STDERR)
+        try:
+            self.node.destroy_node()
+            rclpy.shutdown(context=self._context)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
     def settle(self) -> None:
         """Wait until discovery brings nothing new, at most for the spin time."""

@@ -20,7 +20,7 @@ from armsim_ros.trajectory import TrajectoryPoint
 
 RECORDS = 8
 REFERENCE, REFERENCE_EFFORT, FEEDBACK, ERROR, OUTPUT, ROWS = 0, 3, 4, 7, 10, 14
-#: In the order of the rows.
+#: Interfaces of a joint, in the order of the rows.
 KINDS = ('position', 'velocity', 'acceleration', 'effort')
 
 
@@ -98,7 +98,7 @@ class ControllerSnapshot:
     """
     Content of ``controller_state``, and of the feedback of a goal, which has efforts too.
 
-    :param data: the rows of a :class:`StateRecord`.
+    :param data: (14, n) rows of a :class:`StateRecord` [rad or m, per s, per s^2; N*m or N].
     :param state_interfaces: what feedback and error have.
     :param command_interfaces: what the output has.
     :param desired_time_from_start: of the trajectory, at its scaled pace [s].
@@ -122,22 +122,22 @@ class ControllerSnapshot:
 
     @property
     def reference(self) -> TrajectoryPoint:
-        """Where the joints should be now."""
+        """Desired state of the joints (n,) now."""
         return self._point(REFERENCE, KINDS[:3])
 
     @property
     def feedback(self) -> TrajectoryPoint:
-        """Where they are."""
+        """Measured state (n,)."""
         return self._point(FEEDBACK, self.state_interfaces)
 
     @property
     def error(self) -> TrajectoryPoint:
-        """Reference minus feedback, the short way for continuous joints."""
+        """Reference minus feedback (n,), the short way for continuous joints."""
         return self._point(ERROR, self.state_interfaces)
 
     @property
     def output(self) -> TrajectoryPoint:
-        """What was commanded, NaN for joints that are not commanded."""
+        """Commands (n,), NaN for joints that are not commanded."""
         return self._point(OUTPUT, self.command_interfaces)
 
     @property

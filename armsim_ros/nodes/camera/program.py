@@ -26,8 +26,8 @@ from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.camera.link import PictureSource
 from armsim_ros.nodes.camera.topics import CameraTopics, RenderingDiagnostics
-from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.polling_node import PollingNode
+from armsim_ros.nodes.shutdown import shut_down
 from armsim_ros.nodes.upstream.robot_state_publisher import transform
 from armsim_ros.sim.camera import Camera, Snapshot
 
@@ -87,7 +87,7 @@ class CameraProgram:
             if self._renderer is not None:
                 self._renderer.close()
             executor.shutdown(0.0)
-            leave_graph(self._node)
+            shut_down(self._node)
         return 0
 
     def _choose_backend(self) -> None:

@@ -38,7 +38,7 @@ from armsim_ros.nodes.conversions.time import (
     ns_from_time,
     seconds_from_duration,
 )
-from armsim_ros.trajectory import JointTrajectory, TrajectoryPoint
+from armsim_ros.trajectory import JointTrajectory, QUANTITIES, TrajectoryPoint
 
 
 def vector(values: Sequence[float]) -> Vector:
@@ -206,7 +206,7 @@ class SerializedControllerState:
     """
     The message of ``controller_state``, for all snapshots with the same joints and interfaces.
 
-    :param snapshot: one of them.
+    :param snapshot: a snapshot with these joints and interfaces.
     """
 
     def __init__(self, snapshot: ControllerSnapshot) -> None:
@@ -233,7 +233,7 @@ class SerializedControllerState:
         return self._shape == _shape(snapshot)
 
     def of(self, snapshot: ControllerSnapshot) -> bytes:
-        """Return what is to be sent of a snapshot."""
+        """Return the serialized message of a snapshot that fits."""
         desired = ns_from_seconds(snapshot.desired_time_from_start)
         actual = ns_from_seconds(snapshot.actual_time_from_start)
         self._message.set_numbers(
@@ -243,7 +243,7 @@ class SerializedControllerState:
 
 
 #: Interface -> field of a point.
-_FIELDS = dict(zip(KINDS, ('positions', 'velocities', 'accelerations', 'effort'), strict=True))
+_FIELDS = dict(zip(KINDS, QUANTITIES, strict=True))
 
 
 def _shape(snapshot: ControllerSnapshot) -> tuple[tuple[str, ...], ...]:

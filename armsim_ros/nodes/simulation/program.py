@@ -23,9 +23,9 @@ from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts
 from armsim_ros.nodes.bringup.domain_lock import DomainLock, lock_domain
 from armsim_ros.nodes.camera.link import NAME as CAMERA
 from armsim_ros.nodes.camera.link import socket_path
-from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.qos import publish_text
 from armsim_ros.nodes.robot_program import LAST_ANSWERS_TIME
+from armsim_ros.nodes.shutdown import shut_down
 from armsim_ros.nodes.simulation.camera_feed import CameraFeed
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.lockstep import Dump, OctomapWait, serve_trigger
@@ -152,7 +152,7 @@ class SimulationProgram:
             if self._dump is not None:
                 self._dump.close()
         finally:
-            leave_graph(*nodes)
+            shut_down(*nodes)
             for lock in self._locks:
                 lock.release()
         return self._status

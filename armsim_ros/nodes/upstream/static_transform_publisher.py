@@ -20,8 +20,8 @@ from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.leaving import leave_graph
 from armsim_ros.nodes.robot_program import StopSignals
+from armsim_ros.nodes.shutdown import shut_down
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
@@ -144,5 +144,5 @@ def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **o
     finally:
         # A participant that is left to the end of the process may wait there for seconds for a
         # listener whose thread is gone.
-        leave_graph(*nodes)
+        shut_down(*nodes)
     return 0
