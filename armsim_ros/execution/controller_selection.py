@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 import math
 
 import numpy as np
@@ -18,7 +17,6 @@ from armsim_ros.model.robot_model import JointType, RobotModel
 from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'trajectory execution'
-_MOST_CONTROLLERS = 6
 
 
 def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[str, ...]:
@@ -51,6 +49,18 @@ def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[st
     return found
 
 
+def actuated(trajectory: JointTrajectory, robot: RobotModel) -> JointTrajectory:
+    """
+    Return the trajectory of the joints that controllers have to move.
+
+    :param trajectory: without a fault.
+    :raises PlanningError: as :func:`controlled_joints`.
+    """
+    if not len(trajectory):
+        return trajectory
+    return trajectory.of_joints(controlled_joints(trajectory.joint_names, robot))
+
+
 def select_controllers(
     joints: Collection[str], controllers: Sequence[MoveItControllerSettings], *,
     names: Sequence[str] = (), active: Collection[str] | None = None, manages: bool = False,
@@ -70,15 +80,18 @@ def select_controllers(
     """
     requested = frozenset(joints)
     usable = _named(controllers, names)
-    candidates = [each for each in usable if requested & set(each.joints)]
-    fewest: tuple[MoveItControllerSettings, ...] = ()
-    for count in range(1, min(len(candidates), _MOST_CONTROLLERS) + 1):
-        chosen = _best(candidates, count, requested, active, manages)
-        if chosen and (manages or _all_active(chosen, active)):
-            return chosen
-        fewest = fewest or chosen
-    if fewest:
-        return fewest
+    order = {each.name: place for place, each in enumerate(usable)}
+
+    def rank(chosen: Sequence[MoveItControllerSettings]) -> tuple[object, ...]:
+        return (
+            not (manages or _all_active(chosen, active)), len(chosen),
+            -sum(each.default for each in chosen), sum(len(each.joints) for each in chosen),
+            -sum(active is None or each.name in active for each in chosen),
+            sorted(order[each.name] for each in chosen))
+
+    best = min(_covers(usable, requested), key=rank, default=())
+    if best:
+        return best
     missing = sorted(requested - {joint for each in usable for joint in each.joints})
     remedy = (
         f'no controller has {", ".join(missing)}: add them to the joints of a controller in '
@@ -91,19 +104,6 @@ def select_controllers(
         f'[ {" ".join(sorted(requested))} ]\nKnown controllers and their joints:\n'
         f'{_listing(usable)}\n{remedy}',
         _SOURCE)
-
-
-def _best(
-    candidates: Sequence[MoveItControllerSettings], count: int, requested: frozenset[str],
-    active: Collection[str] | None, manages: bool
-) -> tuple[MoveItControllerSettings, ...]:
-    """Return the best combination of so many controllers, empty where none moves all joints."""
-    fitting = sorted(
-        (chosen for chosen in combinations(candidates, count) if _covers(chosen, requested)),
-        key=lambda chosen: _demerit(chosen, active))
-    running = [] if manages else [combination for combination in fitting
-                                  if _all_active(combination, active)]
-    return next(iter((*running, *fitting)), ())
 
 
 def _named(
@@ -119,17 +119,19 @@ def _named(
     return [known[name] for name in dict.fromkeys(names or sorted(known))]
 
 
-def _covers(chosen: Sequence[MoveItControllerSettings], requested: frozenset[str]) -> bool:
-    joints = [joint for each in chosen for joint in each.joints]
-    return len(joints) == len(set(joints)) and requested <= set(joints)
-
-
-def _demerit(
-    chosen: Sequence[MoveItControllerSettings], active: Collection[str] | None
-) -> tuple[int, int, int]:
-    return (
-        -sum(each.default for each in chosen), sum(len(each.joints) for each in chosen),
-        -sum(active is None or each.name in active for each in chosen))
+def _covers(
+    candidates: Sequence[MoveItControllerSettings], joints: frozenset[str],
+    chosen: tuple[MoveItControllerSettings, ...] = ()
+) -> Iterator[tuple[MoveItControllerSettings, ...]]:
+    """Yield all combinations that share no joint and that move these joints, none idle."""
+    if not joints:
+        yield chosen
+        return
+    rarest = min(sorted(joints), key=lambda name: sum(name in each.joints for each in candidates))
+    for candidate in candidates:
+        if rarest in candidate.joints:
+            apart = [each for each in candidates if not set(each.joints) & set(candidate.joints)]
+            yield from _covers(apart, joints - set(candidate.joints), (*chosen, candidate))
 
 
 def _all_active(

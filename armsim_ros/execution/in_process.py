@@ -23,7 +23,7 @@ from armsim_ros.control.trajectory.goal import GoalResponse, TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError, PlanningError
 from armsim_ros.execution.controller_selection import (
-    controlled_joints,
+    actuated,
     gripper_target,
     parallel_gripper_target,
     select_controllers,
@@ -80,9 +80,9 @@ def send_parts(
     found = {name: settings for name, controller in usable.items()
              if (settings := _settings(name, controller, known)) is not None}
     try:
-        chosen = select_controllers(
-            controlled_joints(trajectory.joint_names, model), list(found.values()))
-        parts = split_trajectory(trajectory, chosen)
+        moved = actuated(trajectory, model)
+        chosen = select_controllers(moved.joint_names, list(found.values()))
+        parts = split_trajectory(moved, chosen)
         for settings, part in parts:
             controller = usable[settings.name]
             reason = controller.check_goal(part) if isinstance(

@@ -22,6 +22,9 @@ from armsim_ros.trajectory import JointTrajectory
 
 _SOURCE = 'trajectory execution'
 
+DEFAULT_START_TOLERANCE = 0.01
+"""Of trajectory_execution_manager.cpp [rad or m]."""
+
 STATES_AT_REST = 3
 """How many joint states in a row have to be without motion since the state before."""
 
@@ -60,6 +63,12 @@ class Tolerances:
     def of(self, joint: str) -> float:
         """Return the tolerance of a joint [rad or m]; with 0 its start is not checked."""
         return self.joints.get(joint, self.common)
+
+    def checked(self) -> Tolerances:
+        """Return tolerances that check every start: MoveIt's default in place of 0."""
+        return Tolerances(
+            self.common or DEFAULT_START_TOLERANCE,
+            {name: own or DEFAULT_START_TOLERANCE for name, own in self.joints.items()})
 
 
 def check_start(

@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of the choice of controllers and of splitting trajectories."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.controller_selection import (
+    actuated,
     controlled_joints,
     coverage_report,
     select_controllers,
     split_trajectory,
 )
+from armsim_ros.model.robot_model import Mimic
 from armsim_ros.trajectory import JointTrajectory
 
 
@@ -176,3 +180,34 @@ def test_coverage_names_what_is_missing(planar):
     assert "group 'arm'" in report[0]
     assert 'joints: [axis3]' in report[0]
     assert not coverage_report(planar.robot, [controller('all', 'axis1', 'axis2', 'axis3')])
+
+
+def test_one_controller_for_each_of_many_joints():
+    """
+    As many controllers as it takes.
+
+    Upstream: trajectory_execution_manager.cpp, selectControllers.
+    """
+    joints = [f'joint_{number}' for number in range(12)]
+    singles = [controller(f'{name}_controller', name) for name in joints]
+    pairs = [controller('first_two', *joints[:2]), controller('overlap', *joints[1:3])]
+    chosen = names(select_controllers(joints, [*singles, *pairs]))
+    assert chosen == {'first_two', *(f'{name}_controller' for name in joints[2:])}
+
+
+def test_only_actuated_joints_are_sent(planar):
+    """
+    A mimic joint and a passive one follow, whatever a recorded trajectory says of them.
+
+    Upstream: trajectory_execution_manager.cpp, distributeTrajectory.
+    """
+    robot = planar.robot
+    follower = replace(robot.joints['axis3'], mimic=Mimic('axis1', 1.0, 0.0))
+    with_mimic = replace(robot, joints={**robot.joints, 'axis3': follower})
+    passive = replace(robot, semantic=replace(robot.semantic, passive_joints=('axis3',)))
+    whole = JointTrajectory(
+        ('axis3', 'axis1', 'axis2'), np.array([0.0]), np.array([[3.0, 1.0, 2.0]]))
+    for model in (with_mimic, passive):
+        part = actuated(whole, model)
+        assert part.joint_names == ('axis1', 'axis2')
+        assert part.positions.tolist() == [[1.0, 2.0]]

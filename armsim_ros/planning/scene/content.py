@@ -74,6 +74,14 @@ class SceneContent:
     octomap: Octomap | None = None
     whole_version: int = 0
 
+    def collides_like(self, other: SceneContent) -> bool:
+        """Return whether both hold the same things in the way of a motion, and frames."""
+        return all(getattr(self, part) is getattr(other, part) for part in _IN_THE_WAY)
+
+
+#: What decides whether a robot state collides.
+_IN_THE_WAY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'frames', 'octomap')
+
 
 class SceneDraft:
     """

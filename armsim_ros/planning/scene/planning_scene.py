@@ -69,9 +69,6 @@ class PlanningScene(SceneView):
         self._listeners: list[Listener] = []
         #: Of a scene made for a request: what of its update and start state was refused.
         self.refusals: tuple[PlanningError, ...] = ()
-        #: Count the edits of world, attached objects and rules; of the frames.
-        self.geometry_version = 0
-        self.transform_version = 0
 
     # ---------------------------------------------------------------- edits
 
@@ -203,13 +200,6 @@ class PlanningScene(SceneView):
 
     def _commit(self, content: SceneContent) -> None:
         before, self._content = self._content, content
-        if before.frames is not content.frames:
-            self.transform_version += 1
-        if any(
-            getattr(before, part) is not getattr(content, part)
-            for part in ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'octomap')
-        ):
-            self.geometry_version += 1
         for listener in tuple(self._listeners):
             listener(before, content)
 
@@ -223,7 +213,6 @@ class PlanningScene(SceneView):
             copy._initial = self._initial
         copy._editing, copy._lock = threading.RLock(), threading.RLock()
         copy._listeners = []
-        copy.geometry_version = copy.transform_version = 0
         copy.refusals = self.refusals
         return copy
 

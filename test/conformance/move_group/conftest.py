@@ -16,7 +16,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from lone_server import LoneServer
-from move_group_bench import ArmBench
+from move_group_bench import ArmBench, CANCELED, set_planner
+from wire import box, thing
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.testing.program import Program
@@ -97,3 +98,19 @@ def home(arm: Any) -> Any:
     """Give the arm at rest in its first named state."""
     assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
     return arm
+
+
+@pytest.fixture
+def long_plan(arm: Any) -> Iterator[Any]:
+    """Have a plan made that takes all of its minute, round a wall; cancel it afterwards."""
+    set_planner(arm, 'RRTstar', anytime='true')
+    assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
+    between = arm.pose(arm.near(0.4))
+    wall = thing('wall', between.header.frame_id, [box(0.02, 0.02, 0.02)], pose=between.pose)
+    assert arm.add(wall)
+    handle = arm.send_move(
+        arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0)
+    yield handle
+    arm.cancel(handle)
+    set_planner(arm, 'RRTstar', anytime='false')
+    assert arm.ended(handle, timeout=20.0).status == CANCELED

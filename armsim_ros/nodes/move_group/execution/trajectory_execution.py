@@ -13,8 +13,8 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import MultiDofTrajectory
-from armsim_ros.execution.rules import check_start, continues, meeting
+from armsim_ros.execution.controller_selection import actuated, MultiDofTrajectory
+from armsim_ros.execution.rules import check_points, check_start, continues, meeting
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_managers import (
     controller_manager,
@@ -39,24 +39,26 @@ class PathWatch:
     Checks the rest of a trajectory for collisions in the monitored scene.
 
     As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
-    changes of the scene count.
+    changes of the scene count. What has changed since the trajectory was planned is checked at
+    once.
 
     :param trajectory: that is being executed.
     :param group: planning group that it moves.
+    :param planned_in: the monitored scene as it was when the plan was begun.
     :param overlaid: returns a scene with the goal's scene difference.
     """
 
     def __init__(
         self, context: Context, trajectory: JointTrajectory, group: str,
-        overlaid: Callable[[PlanningScene], PlanningScene],
+        planned_in: PlanningScene, overlaid: Callable[[PlanningScene], PlanningScene],
     ) -> None:
         self._context, self._trajectory, self._group = context, trajectory, group
         self._overlaid = overlaid
         joints = set(trajectory.joint_names)
-        self._others = sorted(
-            name for robot in context.robots if not robot & joints for name in robot)
-        self._seen = self._versions()
-        self._checked = self._positions()
+        positions = planned_in.kinematic_model.positions(planned_in.q)
+        self._others = {name: positions[name] for robot in context.robots if not robot & joints
+                        for name in robot}
+        self._checked = planned_in.content
         self._pending: Future | None = None
 
     def invalid(self, elapsed: float) -> str:
@@ -74,25 +76,17 @@ class PathWatch:
             self._pending = None
             if sentence:
                 return sentence
-        versions, positions = self._versions(), self._positions()
-        moved = any(abs(now - old) > MOVED
-                    for now, old in zip(positions, self._checked, strict=True))
-        if moved or versions != self._seen:
-            self._seen, self._checked = versions, positions
-            context, scene = self._context, self._context.scene.snapshot()
+        context = self._context
+        measured = context.states.positions
+        others = {name: measured.get(name, before) for name, before in self._others.items()}
+        moved = any(abs(others[name] - before) > MOVED for name, before in self._others.items())
+        if moved or not context.scene.content.collides_like(self._checked):
+            scene = context.scene.snapshot()
+            self._checked, self._others = scene.content, others
             self._pending = context.queries.submit(
                 lambda: context.query_planner.path_fault(
                     self._trajectory, elapsed, self._overlaid(scene), self._group))
         return ''
-
-    def _positions(self) -> list[float]:
-        """Return the joint positions of other robots [rad or m]."""
-        positions = self._context.states.positions
-        return [positions.get(name, 0.0) for name in self._others]
-
-    def _versions(self) -> tuple[int, int]:
-        scene = self._context.scene
-        return scene.geometry_version, scene.transform_version
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,7 +189,8 @@ class TrajectoryExecutionManager:
                     return ExecutionOutcome(MoveItErrorCode.CONTROL_FAILED, sentence)
             for rival in rivals:
                 rival.execution.replace()
-            return await turn.execution.run(trajectory, names, multi_dof, start_checked=takes_over)
+            return await turn.execution.run(
+                turn.trajectory, names, multi_dof, start_checked=takes_over)
         finally:
             self._running.remove(turn)
             self._context.ticker.wake()
@@ -206,6 +201,8 @@ class TrajectoryExecutionManager:
     ) -> _Turn:
         context = self._context
         try:
+            check_points(trajectory)
+            trajectory = actuated(trajectory, context.robot)
             selected = selected_controllers(
                 context, self.controllers, trajectory, names, multi_dof)
         except PlanningError:
@@ -220,12 +217,12 @@ class TrajectoryExecutionManager:
 
     def _takes_over(self, turn: _Turn) -> bool:
         """Return whether a trajectory takes the place of what runs on its controllers."""
-        rivals, tolerances = self._rivals(turn), start_tolerances(self._context)
+        rivals, tolerances = self._rivals(turn), start_tolerances(self._context).checked()
         if not rivals or self._waits_behind(turn):
             return False
         try:
             for rival in rivals:
-                if continues(rival.trajectory, turn.trajectory, tolerances.common or 0.01):
+                if continues(rival.trajectory, turn.trajectory, tolerances.common):
                     return False
             check_start(turn.trajectory, self._context.states.positions, self._context.robot,
                         tolerances)
@@ -290,18 +287,3 @@ class TrajectoryExecutionEvent:
                 f"trajectory_execution_event: '{message.data[:60]}' is not known; allowed: stop")
         elif self._execution.stop():
             self._context.logger.info("trajectory_execution_event: 'stop', the robot is stopped")
-
-
-async def execute_plan(
-    execution: TrajectoryExecutionManager, trajectory: JointTrajectory, path: PathWatch,
-    cancelled: Callable[[], bool],
-) -> ExecutionOutcome:
-    """
-    Execute a planned trajectory and return the outcome.
-
-    :param path: ends the execution where the rest of the path has become invalid.
-    :param cancelled: whether the client has cancelled its goal.
-    """
-    outcome = await execution.run(
-        trajectory, ExecutionWatch(cancelled=cancelled, invalid=path.invalid))
-    return outcome.of_plan(cancelled=cancelled())

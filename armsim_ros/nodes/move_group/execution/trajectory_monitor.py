@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.trajectory import JointTrajectory
 
@@ -16,15 +17,12 @@ class TrajectoryMonitor:
     """
     Records positions while it is entered, with the times at which they were measured.
 
-    :param joint_names: the joints to record.
+    :param robot: whose active joints are recorded; one that is not measured is at its default.
     :param frequency: states per second of their stamps at most [Hz]; 0 for none.
     """
 
-    def __init__(
-        self, states: StateMonitor, joint_names: Sequence[str], frequency: float
-    ) -> None:
-        self._states, self._joint_names = states, tuple(joint_names)
-        self._frequency = frequency
+    def __init__(self, states: StateMonitor, robot: RobotModel, frequency: float) -> None:
+        self._states, self._robot, self._frequency = states, robot, frequency
         self._times: list[int] = []
         self._rows: list[list[float]] = []
 
@@ -40,12 +38,11 @@ class TrajectoryMonitor:
             self._states.recorders.remove(self._record)
 
     def _record(self, time_ns: int, positions: Mapping[str, float]) -> None:
-        if any(name not in positions for name in self._joint_names):
-            return
         if self._times and time_ns - self._times[-1] < 1e9 / self._frequency:
             return
         self._times.append(time_ns)
-        self._rows.append([positions[name] for name in self._joint_names])
+        self._rows.append([positions.get(name, self._robot.default_position(name))
+                           for name in self._robot.active_joints])
 
     @property
     def trajectory(self) -> JointTrajectory:
@@ -53,4 +50,4 @@ class TrajectoryMonitor:
         if not self._times:
             return JointTrajectory(())
         times = (np.array(self._times) - self._times[0]) * 1e-9
-        return JointTrajectory(self._joint_names, times, np.array(self._rows))
+        return JointTrajectory(tuple(self._robot.active_joints), times, np.array(self._rows))

@@ -4,11 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Awaitable, Callable
+from typing import Any, TypeVar
 
 from moveit_msgs.action import MoveGroup, MoveGroupSequence
-from moveit_msgs.msg import MotionSequenceRequest, MotionSequenceResponse, RobotState
+from moveit_msgs.msg import (
+    MotionSequenceRequest,
+    MotionSequenceResponse,
+    MoveItErrorCodes,
+    RobotState,
+)
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.action.server import ServerGoalHandle
 
@@ -25,9 +30,8 @@ from armsim_ros.nodes.move_group.context import (
     MoveGroupActionServer,
     reported,
 )
-from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome
+from armsim_ros.nodes.move_group.execution.execution import ExecutionOutcome, ExecutionWatch
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
-    execute_plan,
     PathWatch,
     TrajectoryExecutionManager,
 )
@@ -42,11 +46,73 @@ from armsim_ros.nodes.move_group.planning.planning_job import (
 )
 from armsim_ros.planning.pilz.sequence import SequenceItem, SequenceResponse
 from armsim_ros.planning.planner import never
+from armsim_ros.planning.scene.planning_scene import PlanningScene
+from armsim_ros.trajectory import JointTrajectory
 
 DEFAULT_REPLANS = 5
 PLAN_AGAIN = (
     MoveItErrorCode.PLANNING_FAILED, MoveItErrorCode.INVALID_MOTION_PLAN,
     MoveItErrorCode.UNABLE_TO_AQUIRE_SENSOR_DATA)
+
+
+Plan = TypeVar('Plan')
+
+
+async def plan_and_execute(
+    context: Context, source: str, goal: ServerGoalHandle, code: MoveItErrorCodes,
+    plan: Callable[[], Awaitable[Plan]], execute: Callable[[Plan], Awaitable[ExecutionOutcome]],
+) -> None:
+    """
+    Plan and execute, again as often as the planning options of a goal allow.
+
+    :param source: name of the action.
+    :param code: where the outcome is written.
+    :param plan: makes a plan and writes its outcome into the code.
+    """
+    options = goal.request.planning_options
+    attempts = max(options.replan_attempts, 0) or DEFAULT_REPLANS if options.replan else 1
+    for attempt in range(1, attempts + 1):
+        if goal.is_cancel_requested:
+            fill_error(code, MoveItErrorCode.PREEMPTED, 'cancelled', 'planning')
+            return
+        made = await plan()
+        if code.val in PLAN_AGAIN:
+            continue
+        if code.val != MoveItErrorCode.SUCCESS:
+            return
+        if goal.is_cancel_requested:
+            fill_error(code, MoveItErrorCode.PREEMPTED, 'cancelled before it moved', 'execution')
+            return
+        outcome = await execute(made)
+        fill_error(code, outcome.code, outcome.message, 'execution')
+        if outcome.success:
+            return
+        context.logger.error(f'{source}: {outcome.message}')
+        changed = MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
+        if outcome.code != changed or attempt == attempts:
+            return
+        end = context.clock() + min(max(options.replan_delay, 0.0), 60.0)
+        given_up = context.or_ending(lambda: goal.is_cancel_requested)
+        while context.clock() < end and not given_up():
+            await context.ticker.next()
+
+
+async def execute_watched(
+    context: Context, execution: TrajectoryExecutionManager, goal: ServerGoalHandle,
+    trajectory: JointTrajectory, group: str, planned_in: PlanningScene,
+) -> ExecutionOutcome:
+    """
+    Execute a plan of a goal while nothing comes into its way.
+
+    :param group: planning group that it moves.
+    :param planned_in: the monitored scene as it was when the plan was begun.
+    """
+    diff = goal.request.planning_options.planning_scene_diff
+    path = PathWatch(
+        context, trajectory, group, planned_in, lambda scene: overlay(scene, diff))
+    outcome = await execution.run(trajectory, ExecutionWatch(
+        cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid))
+    return outcome.of_plan(cancelled=goal.is_cancel_requested)
 
 
 class MoveAction:
@@ -70,20 +136,25 @@ class MoveAction:
             if plans_only(
                 self._context, 'move_action', requested=goal.request.planning_options.plan_only
             ):
-                plan = await self._plan(goal, goal.request.request)
-                fill_plan(result, plan)
+                await self._plan(goal, result)
             else:
                 await self._plan_and_execute(goal, result)
         goal.publish_feedback(MoveGroup.Feedback(state='IDLE'))
         self._server.end(goal, result.error_code.val)
         return result
 
-    async def _plan(self, goal: ServerGoalHandle, request: Any) -> PlanningAnswer:
+    async def _plan(self, goal: ServerGoalHandle, result: Any) -> PlanningAnswer:
         goal.publish_feedback(MoveGroup.Feedback(state='PLANNING'))
-        return await self._job.run(
-            request,
+        plan = await self._job.run(
+            goal.request.request,
             scene_diff=goal.request.planning_options.planning_scene_diff,
             cancelled=lambda: goal.is_cancel_requested)
+        result.trajectory_start = plan.start_message
+        result.planned_trajectory = plan.trajectory_message
+        response = plan.response
+        result.planning_time = response.planning_time
+        fill_error(result.error_code, response.error_code, response.message, response.source)
+        return plan
 
     async def _plan_and_execute(self, goal: ServerGoalHandle, result: Any) -> None:
         options, request = goal.request.planning_options, goal.request.request
@@ -96,31 +167,22 @@ class MoveAction:
             warn('move_action: the start state is ignored, a motion begins where the robot is')
         request.start_state = RobotState(is_diff=True)
         drop_robot_state(options.planning_scene_diff, warn, 'move_action')
-        attempts = max(options.replan_attempts, 0) or DEFAULT_REPLANS if options.replan else 1
-        for attempt in range(1, attempts + 1):
-            if goal.is_cancel_requested:
-                fill_error(result.error_code, MoveItErrorCode.PREEMPTED, 'cancelled', 'planning')
-                return
-            plan = await self._plan(goal, request)
-            fill_plan(result, plan)
-            if not plan.response.success:
-                if plan.response.error_code in PLAN_AGAIN and attempt < attempts:
-                    continue
-                return
+
+        async def execute(plan: PlanningAnswer) -> ExecutionOutcome:
+            goal.publish_feedback(MoveGroup.Feedback(state='MONITOR'))
+            context = self._context
             with TrajectoryMonitor(
-                    self._context.states, plan.response.trajectory.joint_names,
-                    self._context.record_frequency) as monitor:
-                outcome = await self._run(goal, plan)
+                    context.states, context.robot, context.record_frequency) as monitor:
+                outcome = await execute_watched(
+                    context, self._execution, goal, plan.response.trajectory,
+                    plan.request.group_name, plan.planned_in)
             result.executed_trajectory = robot_trajectory_message(
-                monitor.trajectory, self._context.frame)
-            fill_error(result.error_code, outcome.code, outcome.message, 'execution')
-            if outcome.success:
-                return
-            self._context.logger.error(f'move_action: {outcome.message}')
-            changed = MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
-            if outcome.code != changed or attempt == attempts:
-                return
-            await self._pause(goal, options.replan_delay)
+                monitor.trajectory, context.frame)
+            return outcome
+
+        await plan_and_execute(
+            self._context, 'move_action', goal, result.error_code,
+            lambda: self._plan(goal, result), execute)
 
     async def _already_there(self, goal: ServerGoalHandle) -> bool:
         scene = await self._job.scene()
@@ -129,23 +191,6 @@ class MoveAction:
         return bool(
             await context.queries.submit(
                 lambda: context.query_planner.goal_reached(request, scene)))
-
-    async def _run(self, goal: ServerGoalHandle, plan: PlanningAnswer) -> ExecutionOutcome:
-        if goal.is_cancel_requested:
-            return ExecutionOutcome(MoveItErrorCode.PREEMPTED, 'cancelled before it moved')
-        goal.publish_feedback(MoveGroup.Feedback(state='MONITOR'))
-        trajectory, options = plan.response.trajectory, goal.request.planning_options
-        path = PathWatch(
-            self._context, trajectory, plan.request.group_name,
-            lambda scene: overlay(scene, options.planning_scene_diff))
-        return await execute_plan(
-            self._execution, trajectory, path, lambda: goal.is_cancel_requested)
-
-    async def _pause(self, goal: ServerGoalHandle, seconds: float) -> None:
-        end = self._context.clock() + min(max(seconds, 0.0), 60.0)
-        given_up = self._context.or_ending(lambda: goal.is_cancel_requested)
-        while self._context.clock() < end and not given_up():
-            await self._context.ticker.next()
 
 
 def plans_only(context: Context, source: str, *, requested: bool) -> bool:
@@ -158,14 +203,6 @@ def plans_only(context: Context, source: str, *, requested: bool) -> bool:
     return requested
 
 
-def fill_plan(result: Any, plan: PlanningAnswer) -> None:
-    """Write a plan into an action result."""
-    result.trajectory_start = plan.start_message
-    result.planned_trajectory = plan.trajectory_message
-    result.planning_time = plan.response.planning_time
-    result.error_code = plan.error_code_message
-
-
 class SequenceJob:
     """Plans sequences in the planner's worker."""
 
@@ -176,9 +213,9 @@ class SequenceJob:
         self, message: MotionSequenceRequest, answer: MotionSequenceResponse, *,
         scene_diff: SceneMessage | None = None, cancelled: Callable[[], bool] = never,
         pipeline: str = ''
-    ) -> SequenceResponse:
+    ) -> tuple[SequenceResponse, PlanningScene]:
         """
-        Plan, fill the answer, and return it as values too.
+        Plan, fill the answer, and return it as values too, with the scene before any difference.
 
         :param pipeline: plans all motions; '' for the pipeline of the first.
         :raises PlanningError: the message holds what cannot exist, or no state ever came.
@@ -188,7 +225,8 @@ class SequenceJob:
             for item in message.items]
         context = self._context
         cancelled = context.or_ending(cancelled)
-        scene = await (self._job.scene() if items else context.present_scene())
+        scene = planned_in = await (
+            self._job.scene() if items else context.present_scene())
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
             log_refused(scene, context.logger)
@@ -215,7 +253,7 @@ class SequenceJob:
                 pipeline or items[0].request.pipeline_id
                 or context.planning_parameters.default_planning_pipeline,
                 start, robot_trajectory_message(plan.trajectory, context.frame))
-        return response
+        return response, planned_in
 
 
 SOURCE = 'sequence_move_group'
@@ -232,31 +270,36 @@ class SequenceMoveGroup:
 
     async def _execute(self, goal: ServerGoalHandle) -> Any:
         result, options = MoveGroupSequence.Result(), goal.request.planning_options
-        code = result.response.error_code
+        code, context = result.response.error_code, self._context
         fill_error(code, MoveItErrorCode.FAILURE, 'not planned', SOURCE)
-        goal.publish_feedback(MoveGroupSequence.Feedback(state='PLANNING'))
-        with reported(self._context.logger, SOURCE, code):
-            plan_only = plans_only(self._context, SOURCE, requested=options.plan_only)
-            if not plan_only:
-                drop_robot_state(options.planning_scene_diff, self._context.logger.warning, SOURCE)
-            plan = await self._job.run(
-                goal.request.request, result.response, scene_diff=options.planning_scene_diff,
-                cancelled=lambda: goal.is_cancel_requested)
-            if code.val == MoveItErrorCode.SUCCESS and not plan_only:
-                await self._run(goal, plan, code)
+        with reported(context.logger, SOURCE, code):
+            if plans_only(context, SOURCE, requested=options.plan_only):
+                await self._plan(goal, result)
+            else:
+                drop_robot_state(options.planning_scene_diff, context.logger.warning, SOURCE)
+                await plan_and_execute(
+                    context, SOURCE, goal, code, lambda: self._plan(goal, result),
+                    lambda plan: self._run(goal, *plan))
         goal.publish_feedback(MoveGroupSequence.Feedback(state='IDLE'))
         self._server.end(goal, code.val)
         return result
 
-    async def _run(self, goal: ServerGoalHandle, plan: SequenceResponse, code: Any) -> None:
+    async def _plan(
+        self, goal: ServerGoalHandle, result: Any
+    ) -> tuple[SequenceResponse, PlanningScene]:
+        goal.publish_feedback(MoveGroupSequence.Feedback(state='PLANNING'))
+        return await self._job.run(
+            goal.request.request, result.response,
+            scene_diff=goal.request.planning_options.planning_scene_diff,
+            cancelled=lambda: goal.is_cancel_requested)
+
+    async def _run(
+        self, goal: ServerGoalHandle, plan: SequenceResponse, planned_in: PlanningScene
+    ) -> ExecutionOutcome:
         goal.publish_feedback(MoveGroupSequence.Feedback(state='MONITOR'))
-        diff = goal.request.planning_options.planning_scene_diff
         for trajectory, request in zip(plan.trajectories, plan.requests, strict=True):
-            path = PathWatch(
-                self._context, trajectory, request.group_name, lambda scene: overlay(scene, diff))
-            outcome = await execute_plan(
-                self._execution, trajectory, path, lambda: goal.is_cancel_requested)
+            outcome = await execute_watched(
+                self._context, self._execution, goal, trajectory, request.group_name, planned_in)
             if not outcome.success:
-                fill_error(code, outcome.code, outcome.message, 'execution')
-                self._context.logger.error(f'{SOURCE}: {outcome.message}')
-                return
+                return outcome
+        return ExecutionOutcome(MoveItErrorCode.SUCCESS)

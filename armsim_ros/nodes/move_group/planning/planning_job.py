@@ -103,11 +103,17 @@ class PipelineStates:
 
 @dataclass(frozen=True, eq=False)
 class PlanningAnswer:
-    """A planner's answer with its messages; ``scene`` is that of the plan."""
+    """
+    A planner's answer with its messages.
+
+    :param scene: that of the plan.
+    :param planned_in: the same without the request's own changes.
+    """
 
     request: MotionPlanRequest
     response: MotionPlanResponse
     scene: PlanningScene
+    planned_in: PlanningScene
     start_message: RobotState
     trajectory_message: RobotTrajectory
 
@@ -144,6 +150,7 @@ class PlanningJob:
         self._states.begin(message)
         if scene is None:
             scene = await self.scene(message.start_state)
+        planned_in = scene
         if scene_diff is not None:
             scene = overlay(scene, scene_diff)
             log_refused(scene, context.logger)
@@ -152,7 +159,7 @@ class PlanningJob:
         response = await self.in_planner(
             lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled)
         context.check_ending('planning')
-        plan = self._in_messages(request, response, scene)
+        plan = self._in_messages(request, response, scene, planned_in)
         pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
         if response.success:
             self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
@@ -208,7 +215,8 @@ class PlanningJob:
             f'no joint state newer than the request within 1 s on {topics}; using the last')
 
     def _in_messages(
-        self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene
+        self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene,
+        planned_in: PlanningScene,
     ) -> PlanningAnswer:
         frame = self._context.frame
         trajectory, start = RobotTrajectory(), RobotState()
@@ -216,7 +224,7 @@ class PlanningJob:
             carried: Any = self._context.started(scene, request.start_state).attached.values()
             trajectory = robot_trajectory_message(response.trajectory, frame)
             start = robot_state_to_message(response.trajectory_start, frame, attached=carried)
-        return PlanningAnswer(request, response, scene, start, trajectory)
+        return PlanningAnswer(request, response, scene, planned_in, start, trajectory)
 
 
 def response_message(plan: PlanningAnswer) -> ResponseMessage:

@@ -9,7 +9,7 @@ from typing import Any
 from motions import SLOW, target, until_at_rest, until_moving
 from move_group_bench import ABORTED
 import pytest
-from wire import box, quiet_diff, thing
+from wire import box, quiet_diff, removal, thing
 
 
 @pytest.mark.statement('ACT-7', 'ACT-6', 'E19')
@@ -25,6 +25,26 @@ def test_an_object_on_the_rest_of_the_path(home: Any) -> None:
     assert 'late' in ended.result.error_code.message
     assert ended.status == ABORTED
     assert home.validity(home.positions()).valid
+
+
+@pytest.mark.statement('ACT-7', 'E19')
+def test_an_object_that_came_while_the_plan_was_made(arm: Any, long_plan: Any, log: Any) -> None:
+    """
+    A plan that knows nothing of it is not executed to its end: -3.
+
+    Upstream: plan_execution.cpp, planAndExecuteHelper (new_scene_update_).
+    """
+    goal, diff = target(arm), quiet_diff()
+    diff.world.collision_objects = [thing('refused', 'no_such_frame', [box(0.1, 0.1, 0.1)])]
+    handle = arm.send_move(goal, planning_scene_diff=diff, **SLOW)
+    log.wait_for_line('no_such_frame', 20.0)  # the scene of the plan is fixed, the plan waits
+    place = arm.pose(goal)
+    arm.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
+    arm.cancel(long_plan)
+    ended = arm.ended(handle)
+    assert ended.code == 'MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE', ended.result
+    assert 'late' in ended.result.error_code.message
+    assert arm.validity(arm.positions()).valid
 
 
 @pytest.mark.statement('ACT-7')
@@ -72,9 +92,7 @@ def test_replanning(home: Any) -> None:
     place = home.pose(goal)
     home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
     until_at_rest(home)
-    gone = thing('late', place.header.frame_id, [])
-    gone.operation = b'\x01'
-    home.add(gone)
+    home.add(removal('late'))
     ended = home.ended(handle)
     assert ended.code == 'SUCCESS', ended.result.error_code
     assert home.distance(goal) < 0.01

@@ -8,12 +8,13 @@ import copy
 import math
 from typing import Any
 
+from motions import target, until_at_rest, until_moving
 from move_group_bench import CANCELED, Feedback, name_of, SUCCEEDED, TIMEOUT, xyz
 from moveit_msgs.action import MoveGroupSequence
 from moveit_msgs.msg import DisplayTrajectory, MotionSequenceItem, MotionSequenceRequest
 from moveit_msgs.srv import GetMotionSequence
 import pytest
-from wire import pose_goal, quiet_diff, robot_state
+from wire import box, pose_goal, quiet_diff, removal, robot_state, thing
 
 from armsim_ros.clients.action_client import PatientActionClient
 
@@ -65,16 +66,20 @@ def planned(arm: Any, request: MotionSequenceRequest) -> Any:
     ).response
 
 
-def run(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -> Any:
-    """Return the end of a goal of sequence_move_group, and its feedback."""
+def send(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -> Any:
+    """Return the handle of a goal of sequence_move_group."""
     goal = MoveGroupSequence.Goal(request=request)
     goal.planning_options.planning_scene_diff = quiet_diff()
     for name, value in options.items():
         setattr(goal.planning_options, name, value)
-    client, feedback = action
-    handle = arm.client.result(client.send_goal_async(goal), TIMEOUT, 'answer to a goal')
+    handle = arm.client.result(action[0].send_goal_async(goal), TIMEOUT, 'answer to a goal')
     assert handle.accepted
-    return arm.ended(handle, feedback)
+    return handle
+
+
+def run(arm: Any, action: Any, request: MotionSequenceRequest, **options: Any) -> Any:
+    """Return the end of a goal of sequence_move_group, and its feedback."""
+    return arm.ended(send(arm, action, request, **options), action[1])
 
 
 @pytest.mark.statement('IF-25', 'PLZ-8')
@@ -196,6 +201,30 @@ def test_a_sequence_is_executed(arm: Any, action: Any, start: Any) -> None:
     assert math.dist(xyz(arm.pose().pose.position), xyz(wanted)) < 5e-3
 
 
+@pytest.mark.statement('ACT-6', 'REQ-15')
+def test_a_sequence_is_planned_again(home: Any, action: Any) -> None:
+    """
+    With replan a sequence stops at what appears on its way, and is planned again.
+
+    Upstream: move_group_sequence_action.cpp, executeSequenceCallbackPlanAndExecute.
+    """
+    goal = target(home)
+    request = home.request(
+        goal, pipeline_id=PILZ, planner_id='PTP', max_velocity_scaling_factor=0.08,
+        max_acceleration_scaling_factor=0.3)
+    handle = send(
+        home, action, MotionSequenceRequest(items=[MotionSequenceItem(req=request)]),
+        replan=True, replan_attempts=4, replan_delay=2.5)
+    until_moving(home)
+    place = home.pose(goal)
+    home.add(thing('late', place.header.frame_id, [box(0.02, 0.02, 0.02)], pose=place.pose))
+    until_at_rest(home)
+    home.add(removal('late'))
+    ended = home.ended(handle)
+    assert ended.status == SUCCEEDED, ended.result.response.error_code
+    assert home.distance(goal) < 0.01
+
+
 @pytest.mark.statement('IF-3', 'ACT-5')
 def test_a_sequence_is_cancelled(arm: Any, action: Any, start: Any) -> None:
     """
@@ -205,15 +234,13 @@ def test_a_sequence_is_cancelled(arm: Any, action: Any, start: Any) -> None:
     """
     assert arm.move(start).code == 'SUCCESS'
     began = arm.positions()
-    client, feedback = action
-    goal = MoveGroupSequence.Goal(request=two_lines(arm, arm.pose(), 0.0))
-    goal.planning_options.planning_scene_diff = quiet_diff()
-    handle = arm.client.result(client.send_goal_async(goal), TIMEOUT, 'answer to a goal')
+    request = two_lines(arm, arm.pose(), 0.0)
+    handle = send(arm, action, request)
     while arm.distance(began) < 5e-3:
         pass
     arm.cancel(handle)
-    ended = arm.ended(handle, feedback)
+    ended = arm.ended(handle)
     assert (ended.status, name_of(ended.result.response.error_code)) == (CANCELED, 'PREEMPTED')
-    wanted = goal.request.items[1].req.goal_constraints[0].position_constraints[0]
+    wanted = request.items[1].req.goal_constraints[0].position_constraints[0]
     place = wanted.constraint_region.primitive_poses[0].position
     assert math.dist(xyz(arm.pose().pose.position), xyz(place)) > 0.02

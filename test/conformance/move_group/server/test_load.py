@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 import threading
 import time
 from typing import Any
 
 from motions import until_moving
-from move_group_bench import CANCELED, name_of
+from move_group_bench import CANCELED, name_of, set_planner
 from moveit_msgs.msg import CollisionObject
-from moveit_msgs.srv import GetPositionFK, GetPositionIK, SetPlannerParams
+from moveit_msgs.srv import GetPositionFK, GetPositionIK
 import pytest
 from rclpy.qos import QoSHistoryPolicy, QoSProfile
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -21,30 +21,6 @@ from wire import at, box, quiet_diff, removal, thing
 #: How long an answer may take that must not hang [s]; what it really takes is for benchmarks.
 PATIENCE = 10.0
 SLOW = {'max_velocity_scaling_factor': 0.05, 'max_acceleration_scaling_factor': 0.3}
-
-
-@pytest.fixture
-def long_plan(arm: Any) -> Iterator[Any]:
-    """Have a plan made that takes all of its minute, round a wall; cancel it afterwards."""
-    set_planner(arm, 'RRTstar', anytime='true')
-    assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
-    between = arm.pose(arm.near(0.4))
-    wall = thing('wall', between.header.frame_id, [box(0.02, 0.02, 0.02)], pose=between.pose)
-    assert arm.add(wall)
-    handle = arm.send_move(
-        arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0)
-    yield handle
-    arm.cancel(handle)
-    set_planner(arm, 'RRTstar', anytime='false')
-    assert arm.ended(handle, timeout=20.0).status == CANCELED
-
-
-def set_planner(arm: Any, planner: str, **settings: str) -> None:
-    """Set parameters of a planner, for the group alone."""
-    request = SetPlannerParams.Request(planner_config=planner, group=arm.group)
-    request.params.keys, request.params.values = list(settings), list(settings.values())
-    request.params.descriptions = [''] * len(settings)
-    arm.client.call(arm.name('set_planner_params'), SetPlannerParams, request)
 
 
 def in_time(call: Callable[[], Any]) -> Any:

@@ -8,15 +8,28 @@ import numpy as np
 import pytest
 from rclpy.task import Future
 
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.cell_loading import load_cell
+from armsim_ros.model.geometry import Sphere
 from armsim_ros.nodes.move_group.execution.trajectory_execution import PathWatch
+from armsim_ros.planning.scene.content import FixedFrame
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
+from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.trajectory import JointTrajectory
 
 MOTION = JointTrajectory(
-    ('left_1', 'left_2'), np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 1.0]]))
+    ('left_joint1', 'left_joint2'), np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 1.0]]))
+BALL = CollisionObject('ball', shapes=(ObjectShape(Sphere(0.1)),))
+
+
+@pytest.fixture(scope='module')
+def kinematics():
+    """Return a cell of two arms."""
+    return KinematicModel(load_cell('two_bots').model)
 
 
 @pytest.fixture
-def context():
+def context(kinematics):
     """Return two robots whose paths are always in the way of each other, and what is checked."""
     checked = []
 
@@ -25,34 +38,60 @@ def context():
         future.set_result(check())
         return future
 
-    def path_fault(*given):
-        checked.append(given)
+    def path_fault(trajectory, elapsed, scene, group):
+        checked.append((trajectory, elapsed, scene.content, group))
         return 'the other arm is in the way'
 
+    arms = [frozenset(name for name in kinematics.names if name.startswith(arm))
+            for arm in ('left', 'right')]
     return SimpleNamespace(
-        robots=[{'left_1', 'left_2'}, {'right_1'}], checked=checked,
-        states=SimpleNamespace(positions={'left_1': 0.0, 'left_2': 0.0, 'right_1': 0.0}),
-        scene=SimpleNamespace(geometry_version=0, transform_version=0, snapshot=lambda: 'scene'),
+        robots=arms, checked=checked, scene=PlanningScene(kinematics),
+        states=SimpleNamespace(positions=dict.fromkeys(kinematics.names, 0.0)),
         queries=SimpleNamespace(submit=submit),
         query_planner=SimpleNamespace(path_fault=path_fault))
 
 
+@pytest.fixture
+def watch(context):
+    """Return a function that watches a motion that was planned in the scene as it is."""
+    planned_in = context.scene.snapshot()
+    return lambda: PathWatch(context, MOTION, 'left', planned_in, lambda scene: scene)
+
+
 @pytest.mark.parametrize(('joint', 'position', 'checks'), [
-    ('right_1', 0.04, 1), ('right_1', -0.04, 1), ('right_1', 0.02, 0), ('left_1', 0.5, 0)])
-def test_a_motion_of_another_robot_triggers_a_check(context, joint, position, checks):
+    ('right_joint1', 0.04, 1), ('right_joint1', -0.04, 1), ('right_joint1', 0.02, 0),
+    ('left_joint1', 0.5, 0)])
+def test_a_motion_of_another_robot_triggers_a_check(context, watch, joint, position, checks):
     """From 0.03 rad on; the motion of the robot itself does not."""
-    watch = PathWatch(context, MOTION, 'left', lambda scene: scene)
-    assert watch.invalid(0.1) == ''
+    path = watch()
+    assert path.invalid(0.1) == ''
     context.states.positions[joint] = position
-    assert watch.invalid(0.2) == ''
-    assert watch.invalid(0.3) == ('the other arm is in the way' if checks else '')
-    assert context.checked == [(MOTION, 0.2, 'scene', 'left')] * checks
+    assert path.invalid(0.2) == ''
+    assert path.invalid(0.3) == ('the other arm is in the way' if checks else '')
+    assert context.checked == [(MOTION, 0.2, context.scene.content, 'left')] * checks
 
 
-def test_a_change_of_the_scene_triggers_a_check(context):
+@pytest.mark.parametrize('change', [
+    lambda scene: scene.apply_object(BALL),
+    lambda scene: scene.set_frames({'camera': FixedFrame('', np.eye(4))}),
+], ids=['object', 'frame'])
+def test_a_change_of_the_scene_triggers_one_check(context, watch, change):
     """A change of objects or of frames."""
-    watch = PathWatch(context, MOTION, 'left', lambda scene: scene)
-    for name in ('geometry_version', 'transform_version'):
-        setattr(context.scene, name, 1)
-        assert watch.invalid(0.2) == ''
-        assert watch.invalid(0.3) == 'the other arm is in the way'
+    path = watch()
+    change(context.scene)
+    assert path.invalid(0.2) == ''
+    assert path.invalid(0.3) == 'the other arm is in the way'
+    assert path.invalid(0.4) == ''
+    assert len(context.checked) == 1
+
+
+def test_what_came_while_the_motion_was_planned_is_checked_at_once(context, watch):
+    """
+    The scene that counts is that of the plan, not that of the start of the motion.
+
+    Upstream: plan_execution.cpp, planAndExecuteHelper (new_scene_update_).
+    """
+    context.scene.apply_object(BALL)
+    path = watch()
+    assert path.invalid(0.0) == ''
+    assert path.invalid(0.1) == 'the other arm is in the way'

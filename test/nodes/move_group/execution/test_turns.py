@@ -195,3 +195,19 @@ def test_stop_ends_all(execution):
     for job in jobs:
         job.step()
         assert job.outcome.code == MoveItErrorCode.PREEMPTED
+
+
+def test_a_start_that_is_not_checked_takes_nothing_over(execution):
+    """
+    Without a start tolerance, too, only a motion from where the robot is replaces another.
+
+    Upstream: execute_trajectory_action_capability.cpp runs goals one after the other.
+    """
+    context = execution._context
+    context.execution_settings = context.execution_settings.model_copy(update={
+        'allowed_start_tolerance': 0.0, 'allowed_start_tolerance_joints': {'left_joint1': 0.0}})
+    first = Job(execution.queued(motion('left', START, OUTWARD['left']), ExecutionWatch()))
+    stray = Job(execution.queued(motion('left', INWARD['left'], START), ExecutionWatch()))
+    first.step()
+    assert (first.outcome, stray.outcome) == (None, None)
+    assert len(Execution.made) == 1
