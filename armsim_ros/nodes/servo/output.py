@@ -134,7 +134,8 @@ class ControllerWatch:
 
     def _activity(self, message: ControllerManagerActivity) -> None:
         states = {entry.name: entry.state.label for entry in message.controllers}
-        self.lifecycle = states.get(self._name, 'not loaded')
+        # The topic of a node between servo and a controller names none that the manager knows.
+        self.lifecycle = states.get(self._name, 'not loaded' if self.lifecycle else '')
 
 
 class JointCommands:
