@@ -14,6 +14,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix as Pairs
+from armsim_ros.planning.scene.content import further_frames
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
@@ -122,7 +123,7 @@ class Transforms:
     @classmethod
     def _of(cls, scene: PlanningScene) -> Transforms:
         made = cls(scene.model_frame)
-        made._poses.update({name: scene.frame_pose(name) for name in scene.content.frames
+        made._poses.update({name: scene.frame_pose(name) for name in further_frames(scene.content)
                             if scene.has_frame(name)})
         return made
 

@@ -26,5 +26,6 @@ def summary(content):
         'frames': {
             name: (frame.parent, frame.pose.tolist()) for name, frame in content.frames.items()
         },
+        'fixed_frames': {name: pose.tolist() for name, pose in content.fixed_frames.items()},
         'colors': dict(content.colors),
     }

@@ -22,6 +22,7 @@ from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import ColorRGBA
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.collision_object import (
     attached_from_message,
@@ -36,7 +37,7 @@ from armsim_ros.nodes.conversions.motion_plan_request import (
 )
 from armsim_ros.nodes.conversions.octomap import octomap_to_message, readable_octomap
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
-from armsim_ros.planning.scene.content import FixedFrame
+from armsim_ros.planning.scene.content import further_frames
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate
 
@@ -108,8 +109,8 @@ def is_empty(message: PlanningSceneMessage) -> bool:
         multi_dof_joint_state=MultiDOFJointState(header=state.multi_dof_joint_state.header))
 
 
-def _fixed_frame(message: TransformStamped, model_frame: str) -> tuple[str, FixedFrame]:
-    """Return the frame that a transform to the model frame describes."""
+def _fixed_frame(message: TransformStamped, model_frame: str) -> tuple[str, Matrix]:
+    """Return name and pose (4, 4) of the frame that a transform to the model frame describes."""
     name, target = message.header.frame_id, message.child_frame_id
     if target.removeprefix('/') != model_frame.removeprefix('/'):
         raise PlanningError(
@@ -122,7 +123,7 @@ def _fixed_frame(message: TransformStamped, model_frame: str) -> tuple[str, Fixe
         raise PlanningError(
             MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
             'a fixed transform has no frame name in header.frame_id', 'planning scene')
-    return name, FixedFrame('', pose_from_transform(message.transform))
+    return name, pose_from_transform(message.transform)
 
 
 def scene_to_message(
@@ -203,7 +204,7 @@ def _acm_update(message: AllowedCollisionMatrix) -> AcmUpdate | None:
 def transforms(scene: PlanningScene) -> list[TransformStamped]:
     """Return the poses of further frames in the model frame, and of that itself, as messages."""
     messages = []
-    for frame in dict.fromkeys((scene.model_frame, *scene.content.frames)):
+    for frame in dict.fromkeys((scene.model_frame, *further_frames(scene.content))):
         if not scene.has_frame(frame):
             continue  # its chain of transforms leads to no link
         message = TransformStamped(child_frame_id=scene.model_frame)

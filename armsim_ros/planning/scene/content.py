@@ -25,7 +25,7 @@ Color = tuple[float, float, float, float]
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedFrame:
     """
-    A frame that is fixed in another frame, as published by transforms.
+    A frame that is fixed in another frame, as TF has it.
 
     Where it is in the model frame is found out when it is used: what carries it may move.
 
@@ -54,7 +54,9 @@ class SceneContent:
     :param attached: id -> object on the robot.
     :param link_padding: link -> [m] added around it against the world.
     :param link_scale: link -> factor of its size against the world.
-    :param frames: further frames, each fixed to another frame.
+    :param frames: frames of TF, each fixed to another frame.
+    :param fixed_frames: frame -> pose (4, 4) in the model frame, as scene messages gave it; it is
+        used where TF does not connect the frame to the robot.
     :param colors: object id -> rgba.
     :param first_colors: object id -> the first colour that it was given, its own after a detach.
     :param octomap: what cameras see, None where there is no map.
@@ -69,6 +71,7 @@ class SceneContent:
     link_padding: Mapping[str, float] = field(default_factory=_nothing)
     link_scale: Mapping[str, float] = field(default_factory=_nothing)
     frames: Mapping[str, FixedFrame] = field(default_factory=_nothing)
+    fixed_frames: Mapping[str, Matrix] = field(default_factory=_nothing)
     colors: Mapping[str, Color] = field(default_factory=_nothing)
     first_colors: Mapping[str, Color] = field(default_factory=_nothing)
     octomap: Octomap | None = None
@@ -79,8 +82,9 @@ class SceneContent:
         return all(getattr(self, part) is getattr(other, part) for part in _IN_THE_WAY)
 
 
-#: What decides whether a robot state collides.
-_IN_THE_WAY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'frames', 'octomap')
+#: Parts of a content that hold frames; that decide whether a robot state collides.
+FRAMES = ('frames', 'fixed_frames')
+_IN_THE_WAY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'octomap', *FRAMES)
 
 
 class SceneDraft:
@@ -96,9 +100,9 @@ class SceneDraft:
         self.q, self.name, self.acm = base.q, base.name, base.acm
         self.objects, self.attached = dict(base.objects), dict(base.attached)
         self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
-        self.frames, self.colors = dict(base.frames), dict(base.colors)
-        self.first_colors, self.whole_version = dict(base.first_colors), base.whole_version
-        self.octomap = base.octomap
+        self.frames, self.fixed_frames = base.frames, base.fixed_frames
+        self.colors, self.first_colors = dict(base.colors), dict(base.first_colors)
+        self.octomap, self.whole_version = base.octomap, base.whole_version
         self._forgotten: set[str] = set()
 
     def content(self) -> SceneContent:
@@ -183,6 +187,7 @@ def frame_pose(
     :raises PlanningError: FRAME_TRANSFORM_FAILURE for an unknown frame.
     """
     name, offset = _name(frame), np.eye(4)
+    fixed: Matrix | None = None
     for _ in range(LONGEST_CHAIN):
         found = _own_frame(kinematics, content, name)
         if found is not None:
@@ -191,10 +196,16 @@ def frame_pose(
             if link == kinematics.robot.root_link:
                 return offset
             return kinematics.link_pose(content.q if q is None else q, link) @ offset
+        if fixed is None and name in content.fixed_frames:
+            fixed = content.fixed_frames[name] @ offset
         edge = content.frames.get(name)
         if edge is None:
-            raise _unknown(kinematics, content, frame, name)
+            break
         name, offset = _name(edge.parent), edge.pose @ offset
+    if fixed is not None:
+        return fixed
+    if name not in content.frames:
+        raise _unknown(kinematics, content, frame, name)
     raise PlanningError(
         MoveItErrorCode.FRAME_TRANSFORM_FAILURE,
         f"frame '{frame}': its chain of transforms leads to no link of the robot, it goes in a "
@@ -283,9 +294,15 @@ def _unknown(
         'planning scene')
 
 
+def further_frames(content: SceneParts) -> tuple[str, ...]:
+    """Return the names of the frames that TF or a scene message added."""
+    return tuple(dict.fromkeys((*content.frames, *content.fixed_frames)))
+
+
 def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, ...]:
     """Return the names of all frames."""
     bodies = [*content.objects.values(), *(item.object for item in content.attached.values())]
     subframes = [f'{body.id}/{name}' for body in bodies for name in body.subframes]
     return (
-        *kinematics.robot.links, *(body.id for body in bodies), *subframes, *content.frames)
+        *kinematics.robot.links, *(body.id for body in bodies), *subframes,
+        *further_frames(content))

@@ -94,7 +94,7 @@ class PlanningScene(SceneView):
             self.set_state(self.kinematic_model.vector(positions, self._content.q))
 
     def set_frames(self, added: Mapping[str, FixedFrame]) -> None:
-        """Add or renew further frames; those that lead to no link are ignored."""
+        """Add or renew frames of TF; those that lead to no link are ignored."""
         with self._lock:
             known = MappingProxyType({**self._content.frames, **added})
             self._commit(replace(self._content, frames=known))
@@ -177,8 +177,9 @@ class PlanningScene(SceneView):
         """Take away all objects, and set rules, padding and colours to their beginning."""
         with self._editing, self._lock:
             now = self._content
-            self._commit(replace(self._initial, q=now.q, name=now.name, frames=now.frames,
-                                 whole_version=now.whole_version + 1))
+            self._commit(replace(
+                self._initial, q=now.q, name=now.name, frames=now.frames,
+                fixed_frames=now.fixed_frames, whole_version=now.whole_version + 1))
 
     def _edit(self, change: Callable[[SceneDraft], None]) -> None:
         """Put a changed draft in place, unless the change raises."""
@@ -194,7 +195,7 @@ class PlanningScene(SceneView):
                 if now is not base:  # the robot has moved meanwhile, or frames or the map were set
                     made = replace(
                         made, q=now.q if made.q is base.q else made.q,
-                        frames=now.frames if made.frames is base.frames else made.frames,
+                        frames=now.frames,
                         octomap=now.octomap if made.octomap is base.octomap else made.octomap)
                 self._commit(made)
 

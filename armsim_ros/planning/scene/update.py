@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
+from types import MappingProxyType
 from typing import Any
 
+from armsim_ros.arrays import Matrix
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate, AllowedCollisionMatrix
-from armsim_ros.planning.scene.content import Color, FixedFrame, SceneDraft
+from armsim_ros.planning.scene.content import Color, SceneDraft
 from armsim_ros.planning.scene.object_operations import (
     apply_attached,
     apply_attached_in_state,
@@ -70,7 +72,7 @@ class SceneUpdate:
     :param acm: None where the client gave none.
     :param link_padding: link -> [m].
     :param link_scale: link -> factor.
-    :param fixed_frames: further frames by name.
+    :param fixed_frames: frame -> pose (4, 4) in the model frame.
     :param object_colors: object id -> rgba.
     :param replaces_world: whether the objects take the place of those in the world.
     :param octomap: takes the place of the scene's map; None leaves it.
@@ -84,7 +86,7 @@ class SceneUpdate:
     acm: AcmUpdate | None = None
     link_padding: Mapping[str, float] = field(default_factory=dict)
     link_scale: Mapping[str, float] = field(default_factory=dict)
-    fixed_frames: Mapping[str, FixedFrame] = field(default_factory=dict)
+    fixed_frames: Mapping[str, Matrix] = field(default_factory=dict)
     object_colors: Mapping[str, Color] = field(default_factory=dict)
     replaces_world: bool = False
     octomap: OctomapUpdate | None = None
@@ -205,10 +207,9 @@ def _set_joints(draft: SceneDraft, state: StartState) -> None:
         draft.q = q
 
 
-def _set_frame(draft: SceneDraft, name: str, frame: FixedFrame) -> None:
-    pose = check_pose(frame.pose, f"the pose of frame '{name}'")
-    draft.frame_pose(frame.parent)
-    draft.frames[name.removeprefix('/')] = replace(frame, pose=pose)
+def _set_frame(draft: SceneDraft, name: str, pose: Matrix) -> None:
+    added = {name.removeprefix('/'): check_pose(pose, f"the pose of frame '{name}'")}
+    draft.fixed_frames = MappingProxyType({**draft.fixed_frames, **added})
 
 
 def _replace_acm(draft: SceneDraft, acm: AcmUpdate) -> None:

@@ -19,6 +19,7 @@ from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message
 from armsim_ros.nodes.servo.inputs import SceneFollower
+from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import AttachedObject, ObjectShape
 from armsim_ros.planning.scene.objects import CollisionObject as WorldObject
 from armsim_ros.planning.scene.octomap import octomap_from_cells
@@ -157,6 +158,22 @@ def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
     graph.receive['/monitored_planning_scene'](scene_to_message(other))
     assert not scene.attached
     assert scene.kinematic_model.positions(scene.q)['joint_1'] == 0.0
+
+
+def test_a_full_scene_leaves_the_frames_of_tf_on_their_links(scene):
+    """
+    A frame of TF moves with its link after the scene of move_group has been taken over.
+
+    moveit_ros servo.cpp, getIsometryForFrame looks up TF.
+    """
+    graph = Graph()
+    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    served = PlanningScene(scene.kinematic_model)
+    for each in (served, scene):
+        each.set_frames({'camera': FixedFrame('link_6', np.eye(4))})
+    graph.receive['/monitored_planning_scene'](scene_to_message(served))
+    scene.set_positions({'joint_1': 1.0})
+    np.testing.assert_allclose(scene.frame_pose('camera'), scene.frame_pose('link_6'))
 
 
 def test_topics_of_changes(scene):

@@ -40,7 +40,7 @@ def test_frames_of_all_kinds_are_found(scene):
     """CON-5: links, world objects, attached objects, subframes and fixed frames."""
     scene.apply_object(ball(subframes={'a/b': pose_matrix((0, 0, 0.1))}))
     scene.apply_attached(held())
-    scene.apply(SceneUpdate(fixed_frames={'/camera': FixedFrame('', pose_matrix((0, 2, 0)))}))
+    scene.apply(SceneUpdate(fixed_frames={'/camera': pose_matrix((0, 2, 0))}))
     expected = {
         '': (0, 0, 0), 'world': (0, 0, 0), 'base': (0, 0, 0), 'tool': (0.8, 0, 0),
         'ball': (1, 0, 0), 'ball/a/b': (1, 0, 0.1), 'held': (0.4, 0, 0), 'camera': (0, 2, 0),
@@ -77,6 +77,33 @@ def test_a_frame_that_leads_nowhere_is_unknown(scene, frames, text):
     assert not scene.has_frame('a')
     with pytest.raises(PlanningError, match=text):
         scene.frame_pose('a')
+
+
+def test_tf_overrides_the_fixed_frames_of_messages(scene):
+    """
+    A frame that TF connects to the robot is where TF has it, whatever a scene message says.
+
+    moveit_ros planning_scene_monitor.cpp, updateFrameTransforms.
+    """
+    scene.set_frames({'camera': FixedFrame('tool', np.eye(4))})
+    scene.apply(SceneUpdate(fixed_frames={'camera': pose_matrix((0, 2, 0))}))
+    scene.set_positions({'shoulder': np.pi / 2})
+    np.testing.assert_allclose(scene.frame_pose('camera')[:3, 3], (0, 0.8, 0), atol=1e-12)
+
+
+def test_a_fixed_frame_of_a_message_connects_frames_of_tf(scene):
+    """
+    Where TF leads to no link, the pose of the message counts, for what is fixed to it as well.
+
+    moveit_ros planning_scene_monitor.cpp, getUpdatedFrameTransforms skips such frames.
+    """
+    scene.set_frames({
+        'lens': FixedFrame('camera', pose_matrix((0.1, 0, 0))),
+        'camera': FixedFrame('map', np.eye(4)),
+    })
+    scene.apply(SceneUpdate(fixed_frames={'camera': pose_matrix((0, 2, 0))}))
+    np.testing.assert_allclose(scene.frame_pose('camera')[:3, 3], (0, 2, 0), atol=1e-12)
+    np.testing.assert_allclose(scene.frame_pose('lens')[:3, 3], (0.1, 2, 0), atol=1e-12)
 
 
 def test_unknown_frame_is_refused_with_a_hint(scene):

@@ -12,7 +12,6 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.scene.allowed_collision_matrix import AcmUpdate
-from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
     CollisionObject,
@@ -58,8 +57,7 @@ REFUSED = {
     'scale 0': {'link_scale': {'fore': 0.0}},
     'unknown scale link': {'link_scale': {'nose': 1.1}},
     'colour of nothing': {'object_colors': {'': (1.0, 0.0, 0.0, 1.0)}},
-    'frame that is not a pose': {'fixed_frames': {'cam': FixedFrame('', np.full((4, 4), np.nan))}},
-    'frame in no frame': {'fixed_frames': {'cam': FixedFrame('nowhere', np.eye(4))}},
+    'frame that is not a pose': {'fixed_frames': {'cam': np.full((4, 4), np.nan)}},
     'unknown joint': {'robot_state': StartState(('knee',), (0.0,))},
     'joint at no number': {'robot_state': StartState(('elbow',), (math.nan,))},
     'names without positions': {'robot_state': StartState(('elbow',), ())},
@@ -84,7 +82,7 @@ GOOD = {
     'name': 'other', 'objects': (ball('new'), CollisionObject('new', MOVE, pose=pose_matrix())),
     'link_padding': {'upper': 0.1}, 'link_scale': {'upper': 1.5},
     'object_colors': {'old': (0.0, 1.0, 0.0, 1.0)},
-    'fixed_frames': {'table': FixedFrame('', np.eye(4))},
+    'fixed_frames': {'table': np.eye(4)},
     'robot_state': StartState(('elbow',), (0.5,)),
     'acm': AcmUpdate(('a', 'b'), ((False, True), (False, False))),
 }
@@ -191,7 +189,7 @@ def test_a_whole_scene_replaces_world_colours_types_and_matrix(scene):
     scene.apply_object(ball('old', type=ObjectType('cup')))
     scene.apply_attached(held(type=ObjectType('cup')))
     scene.apply(SceneUpdate(name='first', object_colors={'old': (1, 1, 1, 1)},
-                            fixed_frames={'table': FixedFrame('', np.eye(4))}))
+                            fixed_frames={'table': np.eye(4)}))
     scene.apply(SceneUpdate(is_diff=False, objects=(ball('new'),)))
     assert set(scene.objects) == {'new'}
     assert not scene.colors
@@ -257,7 +255,7 @@ ROW = ((False, True), (False, False))
     (SceneUpdate(objects=(ball(),)), False),
     (SceneUpdate(robot_state=StartState(attached_objects=(held(),))), False),
     (SceneUpdate(object_colors={'a': (1.0, 0.0, 0.0, 1.0)}), False),
-    (SceneUpdate(fixed_frames={'a': FixedFrame('', np.eye(4))}), False),
+    (SceneUpdate(fixed_frames={'a': np.eye(4)}), False),
 ])
 def test_followers_need_the_whole_scene_after_some_updates(kinematics, update, whole):
     """

@@ -38,7 +38,7 @@ from armsim_ros.nodes.conversions.planning_scene import (
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.move_group.context import Context, reported
 from armsim_ros.nodes.move_group.worker import Job
-from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.content import FRAMES, SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import SceneUpdate
@@ -270,7 +270,8 @@ class MonitoredPlanningScene:
             message.world.octomap = octomap_to_message(now.octomap, now.model_frame)
             if now.octomap is None:
                 message.world.octomap.octomap.id = CLEARED
-        frames_changed = before.content.frames is not now.content.frames
+        frames_changed = any(
+            getattr(before.content, part) is not getattr(now.content, part) for part in FRAMES)
         if requested.publish_transforms_updates and frames_changed:
             changed = True
             message.fixed_frame_transforms = transforms(now)
