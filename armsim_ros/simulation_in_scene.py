@@ -111,9 +111,9 @@ class CameraInScene:
         self._simulation, self._scene, self._root = simulation, scene, root
         cameras = simulation.settings.cameras
         self._cameras = {camera.name: camera for camera in cameras_of(cameras, simulation.model)}
-        self._sensors = with_cameras(OctomapSettings(), cameras, scene.model_frame).sensors
+        self._sensors = with_cameras(OctomapSettings(), cameras).sensors
         resolution = (settings if settings.sensors else with_cameras(
-            settings, cameras or {'none': None}, scene.model_frame)).octomap_resolution
+            settings, cameras or {'none': None})).octomap_resolution
         self._map = SceneMap(scene, resolution, max(
             (sensor.padding_offset for sensor in self._sensors.values()), default=0.0))
         self._plant: tuple[Any, PlantCopy] | None = None
@@ -136,7 +136,7 @@ class CameraInScene:
         root = scene.frame_pose(scene.robot.root_link) @ self._root
         self._map.add(Sight(
             picture.points, sensor.max_range, picture.beyond, root @ picture.pose, scene.content,
-            scene.q, sensor.padding_scale, sensor.padding_offset), scene.frame_pose(''))
+            scene.q, sensor.padding_scale, sensor.padding_offset))
 
     def _camera(self, name: str) -> Camera:
         if name not in self._cameras:

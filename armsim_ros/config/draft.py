@@ -85,7 +85,7 @@ UNUSED_BLOCKS: Mapping[str, str] = {
     'moveit_ros_control_interface': '',
     'use_controller_manager': 'move_group asks its own simulation',
     'sensors': 'it belongs into sensors_3d.yaml',
-    'octomap_frame': 'it belongs into sensors_3d.yaml',
+    'octomap_frame': 'the octomap is in the model frame',
     'octomap_resolution': 'it belongs into sensors_3d.yaml',
     'max_range': 'it belongs into sensors_3d.yaml',
     'sensor_plugin': 'it belongs into sensors_3d.yaml',

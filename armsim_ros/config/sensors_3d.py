@@ -77,7 +77,6 @@ class OctomapSettings(Settings):
     """
 
     octomap_resolution: float = parameter(USUAL_RESOLUTION, 'edge of a cell [m]', ge=1e-3, le=10.0)
-    octomap_frame: str = parameter('', 'frame of the map; none: that of the first message')
     sensors: dict[str, Sensor] = parameter({}, 'name -> sensor')
 
 
@@ -126,19 +125,22 @@ def read_sensors(root: YamlNode, problems: list[Problem]) -> OctomapSettings:
         f"the block '{name}' is not used", node.key_where or node.place, severity=Severity.INFO)
         for name, node in root.entries.items() if node.is_mapping and name not in sensors)
     values: dict[str, Any] = {'sensors': sensors}
-    for key, usual in (('octomap_resolution', f'{USUAL_RESOLUTION} m is used'),
-                       ('octomap_frame', 'the frame of the first message is used')):
-        found = root.get(key)
-        if found is not None:
-            values[key] = found.value
-        elif sensors:
-            problems.append(Problem(
-                f"the octomap has no '{key}'; {usual}", listed.place, severity=Severity.WARNING))
+    resolution, frame = root.get('octomap_resolution'), root.get('octomap_frame')
+    if resolution is not None:
+        values['octomap_resolution'] = resolution.value
+    elif sensors:
+        problems.append(Problem(
+            f"the octomap has no 'octomap_resolution'; {USUAL_RESOLUTION} m is used",
+            listed.place, severity=Severity.WARNING))
+    if frame is not None:
+        problems.append(Problem(
+            "'octomap_frame' has no effect: the map is in the model frame",
+            frame.key_where or frame.place, severity=Severity.INFO))
     try:
         return OctomapSettings(**values)
     except ValueError:
         block = root.with_value({key: node for key, node in root.entries.items()
-                                 if key in ('octomap_resolution', 'octomap_frame')})
+                                 if key == 'octomap_resolution'})
         read_settings(OctomapSettings, block, problems, title='octomap')
         return OctomapSettings()
 
@@ -183,13 +185,11 @@ def _sensor(
     return sensor
 
 
-def with_cameras(settings: OctomapSettings, cameras: Mapping[str, Any], frame: str
-                 ) -> OctomapSettings:
+def with_cameras(settings: OctomapSettings, cameras: Mapping[str, Any]) -> OctomapSettings:
     """
     Return the settings with a cloud updater for each simulated camera.
 
     :param cameras: by name.
-    :param frame: of the map, where no file names one.
     """
     if not cameras:
         return settings
@@ -198,5 +198,5 @@ def with_cameras(settings: OctomapSettings, cameras: Mapping[str, Any], frame: s
                   for name in cameras}, **settings.sensors}
     given = bool(settings.sensors)
     return OctomapSettings(
-        sensors=sensors, octomap_frame=settings.octomap_frame or frame,
+        sensors=sensors,
         octomap_resolution=settings.octomap_resolution if given else CAMERA_RESOLUTION)

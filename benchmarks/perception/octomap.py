@@ -47,7 +47,7 @@ def main(options: Options) -> None:
             begin = time.process_time()
             octomap, _ = octomap.inserted(Measurement(points, sensor, 5.0), bodies)
             added = time.process_time() - begin
-            made = octomap.octomap(np.eye(4))
+            made = octomap.octomap()
             assert made is not None
             octree_shapes(made)
             whole = time.process_time() - begin

@@ -53,9 +53,10 @@ def test_the_usual_file_is_read(load):
     assert isinstance(cloud, PointCloudSensor)
     assert isinstance(depth, DepthImageSensor)
     assert (depth.padding_scale, depth.padding_offset) == (4.0, 0.03)
-    assert (found.octomap_resolution, found.octomap_frame) == (0.02, 'odom_combined')
-    assert all('defaults' in line or "'shadow_threshold' has no effect" in line
-               for line in remarks)
+    assert found.octomap_resolution == 0.02
+    for text in ("'octomap_frame' has no effect", "'shadow_threshold' has no effect", 'defaults'):
+        assert any(text in line for line in remarks)
+    assert all('defaults' in line or 'has no effect' in line for line in remarks)
 
 
 def test_the_file_in_the_layout_of_ros_2_is_the_same(load):
@@ -82,7 +83,7 @@ def test_absent_keys_have_defaults_that_are_named_once(load):
         float('inf'), 0.0, 1.0)
     assert found.octomap_resolution == 0.1
     assert sum("no 'octomap_resolution'" in line for line in remarks) == 1
-    assert sum("no 'octomap_frame'" in line for line in remarks) == 1
+    assert not any('octomap_frame' in line for line in remarks)
     assert sum('defaults for max_range, padding_offset' in line for line in remarks) == 1
 
 

@@ -216,9 +216,9 @@ def endpoints(context: Context) -> tuple[object, ...]:
     return (
         display, octomap, execution, *(item for name in requested for item in ALL[name](parts)),
         RejectedSceneChanges(context), PlanningSceneTopics(context), CollisionObjectTopic(context),
-        AttachedCollisionObjectTopic(context), MonitoredPlanningScene(context), MapFiles(context),
-        TrajectoryExecutionEvent(context, execution), Transforms(context), Descriptions(context),
-        AttachHint(context))
+        AttachedCollisionObjectTopic(context), MonitoredPlanningScene(context),
+        MapFiles(context, octomap.load), TrajectoryExecutionEvent(context, execution),
+        Transforms(context), Descriptions(context), AttachHint(context))
 
 
 #: Time for goals to be aborted at shutdown, and how often they are checked meanwhile [s].

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from armsim_ros.arrays import Mask, Matrix, Vector
 from armsim_ros.planning.occupancy.solids import inside_any, near_any, PlacedSolid
-from armsim_ros.planning.scene.octomap import MIDDLE, Octomap, octomap_from_cells
+from armsim_ros.planning.scene.octomap import MIDDLE, Octomap, octomap_error, octomap_from_cells
 from armsim_ros.planning.scene.octree_data import Floats, HIGHEST, Integers, LOWEST
 
 HIT = float(np.log(0.7 / 0.3))
 MISS = float(np.log(0.4 / 0.6))
+#: Cells of an octomap to which measurements are added.
+MOST_CELLS = 10_000_000
 #: Bits of a cell's number along an axis.
 _BITS = 16
 #: Half the diagonal of a cell, in edges.
@@ -74,11 +76,34 @@ class OccupancyMap:
         """Numbers of the occupied cells (k, 3)."""
         return unpacked(self._numbers[self.log_odds >= 0.0])
 
-    def octomap(self, pose: Matrix) -> Octomap | None:
-        """Return the map at a pose (4, 4) in the model frame; None where nothing is known."""
+    def octomap(self) -> Octomap | None:
+        """Return the map in the model frame; None where nothing is known."""
         if not len(self._numbers):
             return None
-        return octomap_from_cells(self.keys, self.log_odds, self.resolution, pose)
+        return octomap_from_cells(self.keys, self.log_odds, self.resolution, np.eye(4))
+
+    @classmethod
+    def of_occupied(cls, octomap: Octomap) -> OccupancyMap:
+        """
+        Return the occupied cells of an octomap, in its frame.
+
+        :raises PlanningError: FAILURE for more than :data:`MOST_CELLS` cells.
+        """
+        leaves = octomap.leaves
+        which = leaves.occupied
+        count = int((8.0 ** leaves.levels[which]).sum())
+        if count > MOST_CELLS:
+            raise octomap_error(
+                f'it has {count} occupied cells; measurements are added to {MOST_CELLS} at most')
+        numbers, odds = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.float32)]
+        for level in np.unique(leaves.levels[which]):
+            of_level = which & (leaves.levels == level)
+            steps = packed(np.indices((1 << level,) * 3).reshape(3, -1).T)
+            numbers.append((packed(leaves.corners[of_level])[:, None] + steps).ravel())
+            odds.append(np.repeat(leaves.log_odds[of_level], len(steps)))
+        united = np.concatenate(numbers)
+        order = np.argsort(united)
+        return cls(octomap.resolution, united[order], np.concatenate(odds)[order])
 
     # ---------------------------------------------------------------- changes
 
@@ -183,6 +208,12 @@ class OccupancyMap:
         odds = self.log_odds.copy()
         odds[gone] = LOWEST
         return OccupancyMap(self.resolution, self._numbers, odds)
+
+
+def packed(cells: Integers) -> Integers:
+    """Return packed numbers (k,) of cells (k, 3), 0 at the lowest corner of the map."""
+    numbers: Integers = (cells.astype(np.int64) << np.array([2 * _BITS, _BITS, 0])).sum(axis=-1)
+    return numbers
 
 
 def unpacked(numbers: Integers) -> Integers:

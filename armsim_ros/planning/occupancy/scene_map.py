@@ -7,9 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from armsim_ros.arrays import Mask, Matrix, Vector
-from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.planning.occupancy.occupancy_map import HALF_DIAGONAL, Measurement, OccupancyMap
-from armsim_ros.planning.occupancy.solids import changed_bodies, known_bodies, PlacedSolid
+from armsim_ros.planning.occupancy.solids import changed_bodies, known_bodies
 from armsim_ros.planning.scene.content import SceneContent
 from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.octree_data import Floats
@@ -45,7 +44,7 @@ class Sight:
 
 class SceneMap:
     """
-    Keeps an occupancy map, and puts it into a scene.
+    Keeps an occupancy map in the model frame, and puts it into a scene.
 
     The map changes only under the lock of the scene, so that what an edit of the scene has
     emptied is not brought back by a measurement of before. Objects that are added, moved or
@@ -58,33 +57,43 @@ class SceneMap:
 
     def __init__(self, scene: PlanningScene, resolution: float, growth: float) -> None:
         self._scene = scene
-        self._map = OccupancyMap(resolution)
-        self._pose: Matrix | None = None
-        self._reach = growth + HALF_DIAGONAL * resolution
+        self._map, self._growth = OccupancyMap(resolution), growth
         #: Increases each time that the map is forgotten.
         self.epoch = 0
         """Increases each time that the map is forgotten."""
         scene.add_listener(self._edited)
 
-    def add(self, sight: Sight, pose: Matrix, epoch: int | None = None) -> Mask:
+    def add(self, sight: Sight, epoch: int | None = None) -> Mask:
         """
         Add a measurement; return which points (k,) are within range and outside of bodies.
 
-        :param pose: (4, 4) of the map in the model frame.
         :param epoch: of the map when the measurement came: one of before is not added.
         """
-        to_map = inverse_pose(pose)
-        bodies = _moved(known_bodies(
+        bodies = known_bodies(
             self._scene.kinematic_model, sight.content, sight.q, sight.scale, sight.offset,
-            sight.spread, sight.sensor), to_map)
-        measurement = Measurement(
-            sight.points, to_map @ sight.sensor, sight.max_range, sight.beyond)
+            sight.spread, sight.sensor)
+        measurement = Measurement(sight.points, sight.sensor, sight.max_range, sight.beyond)
         known = self.epoch if epoch is None else epoch
         while True:
             base = self._map
             added, kept = base.inserted(measurement, bodies)
-            if self._taken(base, added, pose, known):
+            if self._taken(base, added, known):
                 return kept
+
+    def load(self, octomap: Octomap) -> None:
+        """
+        Replace the map and the scene's; later measurements are added to its occupied cells.
+
+        :param octomap: in the model frame; its resolution is that of the map from then on.
+        :raises PlanningError: FAILURE for too many cells.
+        """
+        loaded = OccupancyMap.of_occupied(octomap)
+
+        def change() -> Octomap | None:
+            self._map = loaded
+            return None if octomap.empty else octomap
+
+        self._scene.change_octomap(change)
 
     def forget(self) -> None:
         """Empty the map and the scene's."""
@@ -98,17 +107,15 @@ class SceneMap:
         self._map = OccupancyMap(self._map.resolution)
         self.epoch += 1
 
-    def _taken(
-        self, base: OccupancyMap, added: OccupancyMap, pose: Matrix, epoch: int
-    ) -> bool:
+    def _taken(self, base: OccupancyMap, added: OccupancyMap, epoch: int) -> bool:
         """Put a map in the place of what it was made from; False where that has changed."""
         done = True
 
         def change() -> Octomap | None:
             nonlocal done
             if self.epoch == epoch and self._map is base:
-                self._map, self._pose = added, pose
-                return added.octomap(pose)
+                self._map = added
+                return added.octomap()
             done = self.epoch != epoch
             return self._scene.octomap
 
@@ -119,16 +126,11 @@ class SceneMap:
         """Follow an edit; under the lock of the scene."""
         if after.octomap is None and before.octomap is not None:
             self._empty()
-        if self._pose is None or (
-            after.objects is before.objects and after.attached is before.attached
-        ):
+        if after.objects is before.objects and after.attached is before.attached:
             return
-        bodies = changed_bodies(self._scene.kinematic_model, before, after, self._reach)
-        emptied = self._map.emptied(_moved(bodies, inverse_pose(self._pose)))
+        reach = self._growth + HALF_DIAGONAL * self._map.resolution
+        emptied = self._map.emptied(
+            changed_bodies(self._scene.kinematic_model, before, after, reach))
         if emptied is not self._map:
             self._map = emptied
-            self._scene.set_octomap(emptied.octomap(self._pose))
-
-
-def _moved(bodies: list[PlacedSolid], by: Matrix) -> list[PlacedSolid]:
-    return [(solid, by @ pose) for solid, pose in bodies]
+            self._scene.set_octomap(emptied.octomap())

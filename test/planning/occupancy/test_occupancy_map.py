@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from separation import box_mesh
 
+from armsim_ros.errors import PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, is_inside, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.planning.occupancy.occupancy_map import HIT, Measurement, MISS, OccupancyMap
 from armsim_ros.planning.occupancy.solids import changed_bodies, inside_any, known_bodies, Solid
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject, ObjectShape
-from armsim_ros.planning.scene.octree_data import HIGHEST, LOWEST
+from armsim_ros.planning.scene.octomap import MIDDLE, Octomap
+from armsim_ros.planning.scene.octree_data import HIGHEST, Leaves, LOWEST
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 RESOLUTION = 0.05
@@ -233,9 +235,27 @@ def test_a_changed_object_empties_its_cells(arm):
     assert octomap.emptied([]) is octomap
 
 
+def test_large_leaves_of_an_octomap_become_cells():
+    """A leaf of a higher level is the cells that it covers; free leaves are left out."""
+    corners = np.array([[0, 0, 0], [2, 0, 0], [4, 0, 0]]) + MIDDLE
+    octomap = Octomap(RESOLUTION, Leaves(
+        corners, np.array([1, 0, 1]), np.array([HIGHEST, HIT, LOWEST], dtype=np.float32)))
+    found = odds(OccupancyMap.of_occupied(octomap))
+    cube = {tuple(cell): HIGHEST for cell in np.indices((2, 2, 2)).reshape(3, -1).T.tolist()}
+    assert found == pytest.approx({**cube, (2, 0, 0): HIT})
+
+
+def test_an_octomap_of_too_many_cells_is_refused():
+    """It names how many it has."""
+    octomap = Octomap(RESOLUTION, Leaves(
+        np.full((1, 3), MIDDLE), np.array([10]), np.array([HIT], dtype=np.float32)))
+    with pytest.raises(PlanningError, match=f'{8 ** 10} occupied cells'):
+        OccupancyMap.of_occupied(octomap)
+
+
 def test_equal_measurements_give_equal_maps():
     """Bit by bit."""
     points = np.random.default_rng(2).uniform(-1, 1, (5000, 3)) + np.array([0, 0, 2])
     first, second = (after(OccupancyMap(0.02), *[seen(points[k::3]) for k in range(3)])
                      for _ in range(2))
-    assert first.octomap(np.eye(4)).full_data() == second.octomap(np.eye(4)).full_data()
+    assert first.octomap().full_data() == second.octomap().full_data()

@@ -31,6 +31,7 @@ from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.planning.occupancy.scene_map import SceneMap, Sight
 from armsim_ros.planning.scene.content import SceneContent
+from armsim_ros.planning.scene.octomap import Octomap
 
 #: States that are kept: several seconds of usual joint states.
 _KEPT = 2000
@@ -116,7 +117,7 @@ def octomap_settings(context: Context) -> OctomapSettings:
         if not cameras:
             context.logger.warning(
                 'octomap:=true, but simulation.yaml has no camera; see docs/world.md')
-        settings = with_cameras(settings, cameras, context.frame)
+        settings = with_cameras(settings, cameras)
     return settings
 
 
@@ -141,7 +142,6 @@ class OctomapMonitor:
 
     def __init__(self, context: Context, settings: OctomapSettings) -> None:
         self._context = context
-        self._frame = settings.octomap_frame.removeprefix('/')
         self._history = StateHistory()
         self._worker: Worker | None = None
         #: By name; in lockstep by number too.
@@ -177,6 +177,18 @@ class OctomapMonitor:
         if self._updaters:
             self._scene_map.forget()
 
+    def load(self, octomap: Octomap) -> None:
+        """
+        Replace the map, to which sensors add from then on.
+
+        :param octomap: in the model frame.
+        :raises PlanningError: FAILURE for too many cells.
+        """
+        if self._updaters:
+            self._scene_map.load(octomap)
+        else:
+            self._context.scene.set_octomap(None if octomap.empty else octomap)
+
     async def _sync(self, _: Trigger.Request, response: Trigger.Response) -> None:
         """Answer when all that has come is in the scene."""
         while self._busy or any(self._waiting.values()):
@@ -206,8 +218,6 @@ class OctomapMonitor:
     def _handed_on(self, name: str, entry: _Waiting) -> bool:
         """Return whether a message waits no longer: it is handed on, or dropped."""
         header = entry.message.header
-        if not self._frame:
-            self._frame = header.frame_id.removeprefix('/')
         scene = self._context.scene
         try:
             positions = self._history.at(ns_from_time(header.stamp))
@@ -215,8 +225,7 @@ class OctomapMonitor:
                 reason = 'there is no robot state of its time yet'
             else:
                 q = scene.kinematic_model.vector(positions, scene.q)
-                self._hand_on(name, entry.message, q, scene.frame_pose(header.frame_id, q),
-                              scene.frame_pose(self._frame, q))
+                self._hand_on(name, entry.message, q, scene.frame_pose(header.frame_id, q))
                 return True
         except (ValueError, PlanningError) as error:
             reason = str(error)
@@ -243,13 +252,11 @@ class OctomapMonitor:
 
     # ---------------------------------------------------------------- the thread of the map
 
-    def _hand_on(
-        self, name: str, message: Any, q: Vector, sensor_pose: Matrix, map_pose: Matrix
-    ) -> None:
+    def _hand_on(self, name: str, message: Any, q: Vector, sensor_pose: Matrix) -> None:
         epoch, place = self._scene_map.epoch, (self._context.scene.content, q)
         self._number += self._lockstep
         self._ready[name, self._number] = lambda: self._add(
-            name, message, epoch, place, sensor_pose, map_pose)
+            name, message, epoch, place, sensor_pose)
         if not self._busy:
             self._busy = True
             self._submit()
@@ -278,13 +285,13 @@ class OctomapMonitor:
 
     def _add(
         self, name: str, message: Any, epoch: int, place: tuple[SceneContent, Vector],
-        sensor_pose: Matrix, map_pose: Matrix,
+        sensor_pose: Matrix,
     ) -> None:
         sensor, updater = self._sensors[name], self._updaters[name]
         parsed = updater.parse(message)
         sight = Sight(parsed.points, parsed.max_range, parsed.beyond, sensor_pose, *place,
                       *_growth(sensor))
-        kept = self._scene_map.add(sight, map_pose, epoch)
+        kept = self._scene_map.add(sight, epoch)
         updater.publish_filtered(message, parsed, kept)
 
 

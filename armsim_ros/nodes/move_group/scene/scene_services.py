@@ -27,7 +27,7 @@ from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.planning_scene import Component, scene_to_message
 from armsim_ros.nodes.move_group.context import Context, reported
 from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
-from armsim_ros.planning.scene.octomap import octomap_error, read_map_file, write_map_file
+from armsim_ros.planning.scene.octomap import Octomap, octomap_error, read_map_file, write_map_file
 from armsim_ros.scene_sources.scene_file import read_scene_file, write_scene_file
 
 
@@ -217,10 +217,12 @@ class MapFiles:
 
     Files are below the folder of the parameter ``geometry_folder``; a path that is not absolute
     begins there.
+
+    :param replace: puts a map in the place of the present one.
     """
 
-    def __init__(self, context: Context) -> None:
-        self._context = context
+    def __init__(self, context: Context, replace: Callable[[Octomap], None]) -> None:
+        self._context, self._replace = context, replace
         self._folder = geometry_folder(context.planning_parameters.geometry_folder)
         context.serve(SaveMap, 'save_map', self._save)
         context.serve(LoadMap, 'load_map', self._load)
@@ -237,7 +239,6 @@ class MapFiles:
     async def _load(self, request: LoadMap.Request, response: LoadMap.Response) -> None:
         def load() -> None:
             content = below_folder(self._folder, request.filename).read_bytes()
-            octomap = read_map_file(content, np.eye(4))
-            self._context.scene.set_octomap(None if octomap.empty else octomap)
+            self._replace(read_map_file(content, np.eye(4)))
 
         response.success = await done(self._context, 'load_map', load)

@@ -16,9 +16,13 @@ from armsim_ros.config.sensors_3d import OctomapSettings, PointCloudSensor
 from armsim_ros.config.simulation import CameraSettings, SimulationSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.geometry import Box
+from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.move_group.scene import octomap_monitor
 from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
+from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.octomap import octomap_from_cells
+from armsim_ros.planning.scene.octree_data import HIGHEST, LOWEST
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 SECOND = 1_000_000_000
@@ -72,7 +76,7 @@ class Node:
 class Bench:
     """A monitor with a sensor, and the parts of move_group that it needs."""
 
-    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, **settings):
+    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, sensorless=False):
         monkeypatch.setattr(octomap_monitor, 'Worker', Works)
         self.node, self.now, self.lines, self.topics = Node(), 0.0, [], {}
         self.ends = False
@@ -88,8 +92,7 @@ class Bench:
             subscribe=lambda kind, topic, take, profile: self.topics.update({topic: take}))
         sensor = sensor or PointCloudSensor(point_cloud_topic='/cloud')
         self.monitor = OctomapMonitor(self.context, OctomapSettings(
-            sensors={'eye': sensor}, octomap_resolution=0.05,
-            **{'octomap_frame': self.scene.model_frame, **settings}))
+            sensors={} if sensorless else {'eye': sensor}, octomap_resolution=0.05))
         self.frame = self.scene.model_frame
 
     def _check_ending(self, source):
@@ -290,13 +293,65 @@ def test_rate_and_filtered_cloud(monkeypatch):
     assert [message.width for message in bench.node.published] == [2, 2]
 
 
-def test_first_cloud_names_the_frame_of_the_map(monkeypatch):
-    """Where no file does."""
-    bench = Bench(monkeypatch, octomap_frame='')
+def test_the_map_of_a_camera_on_the_arm_stays_where_it_was_seen(bench):
+    """
+    The map is in the model frame, whatever the frames of the clouds.
+
+    moveit_ros planning_scene_monitor.cpp, startWorldGeometryMonitor and octomapUpdateCallback.
+    """
+    places = []
+    for seconds, angle in ((1.0, 0.0), (2.0, np.pi / 2)):
+        bench.scene.set_positions({'axis1': angle})
+        bench.state(seconds)
+        bench.send([[0.0, 0.0, 5.0 + seconds]], seconds, frame='tool')
+        bench.work()
+        places.append((bench.scene.frame_pose('tool') @ (0.0, 0.0, 5.0 + seconds, 1.0))[:3])
+    octomap = bench.scene.octomap
+    assert np.allclose(octomap.pose, np.eye(4))
+    centres, _ = octomap.boxes
+    for place in places:
+        assert np.abs(centres - place).max(axis=1).min() <= 0.5 * octomap.resolution + 1e-9
+
+
+LOADED = octomap_from_cells(
+    np.array([[0, 0, 9], [0, 0, 10]]), np.array([HIGHEST, LOWEST], dtype=np.float32), 0.1,
+    np.eye(4))
+
+
+def test_clouds_are_added_to_a_loaded_map(bench):
+    """
+    A loaded map takes the place of what was seen before, and has its own resolution.
+
+    moveit_ros occupancy_map_monitor.cpp, loadMapCallback.
+    """
     bench.state(1.0)
-    bench.send(FAR, 1.0, frame='tool')
+    bench.send(FAR, 1.0)
     bench.work()
-    assert np.allclose(bench.scene.octomap.pose, bench.scene.frame_pose('tool'))
+    bench.monitor.load(LOADED)
+    assert bench.scene.octomap is LOADED
+    bench.send([[1.0, 0.0, 7.0]], 1.0)
+    bench.work()
+    assert bench.scene.octomap.resolution == 0.1
+    np.testing.assert_allclose(
+        sorted(bench.scene.octomap.boxes[0].tolist()), [(0.05, 0.05, 0.95), (1.05, 0.05, 7.05)])
+
+
+def test_an_object_frees_the_cells_of_a_loaded_map(bench):
+    """They are as good as cells that a sensor has seen."""
+    bench.monitor.load(LOADED)
+    bench.scene.apply_object(CollisionObject(
+        'box', pose=pose_matrix((0.05, 0.05, 0.95)), shapes=(ObjectShape(Box((0.3, 0.3, 0.3))),)))
+    assert bench.cells == 0
+
+
+def test_a_map_is_loaded_without_sensors(monkeypatch):
+    """It is the scene's; an empty one leaves none."""
+    bench = Bench(monkeypatch, sensorless=True)
+    bench.monitor.load(LOADED)
+    assert bench.scene.octomap is LOADED
+    none = np.zeros((0, 3), dtype=np.int64)
+    bench.monitor.load(octomap_from_cells(none, np.zeros(0, dtype=np.float32), 0.1, np.eye(4)))
+    assert bench.scene.octomap is None
 
 
 def settings(parameters=None, *, given=None, cameras=None, octomap=False):
@@ -323,7 +378,7 @@ def test_parameters_of_a_launch_file_win_over_the_file():
         'other.sensor_plugin': 'x/Y'}, given=of_file)
     assert list(found.sensors) == ['kinect']
     assert found.sensors['kinect'].max_range == 5.0
-    assert (found.octomap_resolution, found.octomap_frame) == (0.02, 'odom')
+    assert found.octomap_resolution == 0.02
     line, = lines
     assert "plugin 'x/Y' is not known" in line
     assert 'PointCloudOctomapUpdater, occupancy_map_monitor/DepthImageOctomapUpdater' in line
@@ -334,7 +389,7 @@ def test_cameras_of_the_simulation_are_sensors():
     """octomap:=true has a cloud of each."""
     found, _ = settings(cameras={'wrist': CameraSettings(link='tool')}, octomap=True)
     assert found.sensors['wrist'].point_cloud_topic == '/wrist/depth/points'
-    assert (found.octomap_resolution, found.octomap_frame) == (0.025, 'world')
+    assert found.octomap_resolution == 0.025
     found, lines = settings(octomap=True)
     assert not found.sensors
     assert 'has no camera' in lines[0]
