@@ -4,7 +4,8 @@
 The simulated world in a planning scene: what a scene begins with, and whose an object is.
 
 The world owns the ids that it added. An object that was there before is the user's, and so is
-an object that the user adds, moves or attaches; what the user removes stays away. That ends
+an object that the user adds, moves or attaches; what the user removes stays away. An edit that
+leaves an object as it is, such as a scene applied as it was requested, changes no owner. That ends
 when the world deletes the object, or when it begins a new epoch: at its start, a reset, another
 world.
 """
@@ -48,6 +49,8 @@ from armsim_ros.planning.scene.update import joined, SceneUpdate
 
 #: A held object that rests this deep at most in another is lifted out of it when attached [m].
 RESTING_DEPTH = 1e-3
+#: Numbers of a pose that differ by less are the same: a message has quaternions.
+SAME = 1e-9
 #: How far it is lifted beyond the contact [m], and how often at most.
 LIFT, MOST_LIFTS = 2e-5, 3
 
@@ -276,9 +279,8 @@ class WorldOwnership:
             self._removed -= again
             self._taken |= again
             for id_ in tuple(self._owned):
-                same = (before.objects.get(id_) is after.objects.get(id_)
-                        and before.attached.get(id_) is after.attached.get(id_))
-                if same:
+                if _same_item(before.objects.get(id_), after.objects.get(id_)) \
+                        and _same_attached(before.attached.get(id_), after.attached.get(id_)):
                     continue
                 del self._owned[id_]
                 there = id_ in after.objects or id_ in after.attached
@@ -287,6 +289,26 @@ class WorldOwnership:
                           + ('changed by the user and no longer updated' if there else
                              'removed by the user and stays away')
                           + ', until it is deleted there or the simulation is reset')
+
+
+def _same_attached(first: AttachedObject | None, second: AttachedObject | None) -> bool:
+    """Return whether two are the same on the same link, or neither exists."""
+    if first is None or second is None or first is second:
+        return first is second
+    return (first.link_name, set(first.touch_links)) == (
+        second.link_name, set(second.touch_links)) and _same_item(first.object, second.object)
+
+
+def _same_item(first: CollisionObject | None, second: CollisionObject | None) -> bool:
+    """Return whether two have the same content, or neither exists."""
+    if first is None or second is None or first is second:
+        return first is second
+    return (
+        first.type == second.type and _same(first, second)
+        and np.allclose(first.pose, second.pose, rtol=0.0, atol=SAME)
+        and first.subframes.keys() == second.subframes.keys()
+        and all(np.allclose(pose, second.subframes[name], rtol=0.0, atol=SAME)
+                for name, pose in first.subframes.items()))
 
 
 def _same(first: CollisionObject, second: CollisionObject) -> bool:

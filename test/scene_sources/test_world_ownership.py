@@ -11,6 +11,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WORLD_TYPE
+from armsim_ros.nodes.conversions.planning_scene import scene_to_message, update_from_message
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import (
     AttachedObject,
@@ -179,6 +180,26 @@ def test_who_sends_a_scene_back_is_a_user(story):
     marked = item('a', ADD, 1.0, ObjectType(WORLD_TYPE, '1'))
     assert not of_world(SceneUpdate(is_diff=False, objects=(marked,)))
     assert not of_world(SceneUpdate())
+
+
+def test_a_scene_that_is_applied_as_it_was_requested_changes_no_owner(story):
+    """
+    A client that edits the matrix of a scene sends all objects back; the world still moves them.
+
+    Upstream, planning_scene.cpp, setPlanningSceneMsg adds the objects as they were.
+    """
+    turned = CollisionObject(
+        'a', pose=pose_matrix((3.0, 0.0, 1.0), (0.1, 0.2, 0.3)),
+        shapes=(ObjectShape(Box((0.1, 0.1, 0.1)), pose_matrix((0, 0, 0.1), (0.3, 0.2, 0.1))),),
+        type=ObjectType(WORLD_TYPE, '1'))
+    story.ownership.apply(SceneUpdate(objects=(turned, item('b', ADD, 1.0, turned.type))))
+    held = AttachedObject('link_6', CollisionObject('b', ADD, type=turned.type), ('link_5',))
+    story.ownership.apply(SceneUpdate(robot_state=StartState(attached_objects=(held,))))
+    story.scene.apply(update_from_message(scene_to_message(story.scene), story.scene.model_frame))
+    assert story.ownership.owned == {'a', 'b'}
+    story.world(('a', MOVE, 2.0))
+    assert story.heights() == {'a': 2.0}
+    assert story.lines == []
 
 
 def test_a_wrong_object_does_not_keep_the_others_out(story):
