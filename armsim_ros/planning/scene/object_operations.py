@@ -77,6 +77,8 @@ def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
     """
     Do an operation on an attached object of a request's start state; the world stays as it is.
 
+    The poses of object and shapes are taken as they are given.
+
     :raises PlanningError: INVALID_OBJECT_NAME, INVALID_LINK_NAME or FRAME_TRANSFORM_FAILURE.
     """
     operation = _known_operation(item.object)
@@ -91,7 +93,7 @@ def apply_attached_in_state(draft: SceneDraft, item: AttachedObject) -> None:
             f"attached object '{item.id}': a start state takes ADD and REMOVE only, not "
             f'{operation.name}')
     _check_link(draft, item)
-    draft.attached[item.id] = _on_link(draft, item, _built(draft, item.object))
+    draft.attached[item.id] = _on_link(draft, item, _as_given(draft, item.object))
 
 
 def _known_operation(item: CollisionObject) -> ObjectOperation:
@@ -123,18 +125,24 @@ def _built(draft: SceneDraft, item: CollisionObject) -> CollisionObject:
     Where the object's own pose is not given and there is a single shape, the shape's pose
     becomes the object's.
     """
+    pose, shapes = _single_shape(_given_pose(item), item.shapes)
+    return _as_given(draft, replace(
+        item, pose=np.eye(4) if pose is None else pose, shapes=shapes))
+
+
+def _as_given(draft: SceneDraft, item: CollisionObject) -> CollisionObject:
+    """Return the object in the model frame, with its own pose and those of its shapes."""
     what = f"object '{item.id}'"
     if not item.shapes:
         raise object_error(f'{what} has no shape; give primitives, meshes or planes')
     shapes = tuple(checked_shape(shape, f'{_kind(shape.geometry)} {number} of {what}')
                    for number, shape in enumerate(item.shapes))
-    pose, shapes = _single_shape(_given_pose(item), shapes)
     subframes = {
         name: check_pose(value, f"subframe '{name}' of {what}")
         for name, value in item.subframes.items()
     }
     body = replace(item, shapes=shapes, subframes=MappingProxyType(subframes))
-    return body.at(_in_model_frame(draft, item, pose))
+    return body.at(_in_model_frame(draft, item, _given_pose(item)))
 
 
 def _given_pose(item: CollisionObject) -> Matrix | None:

@@ -171,6 +171,22 @@ def test_attached_objects_of_a_start_state_are_attached_there(scene):
     assert not scene.attached
 
 
+def test_an_attached_object_of_a_start_state_has_the_poses_of_its_message(scene):
+    """
+    The pose of a single shape stays the shape's: the object and its subframes are at the frame.
+
+    moveit_core conversions.cpp, msgToAttachedBody.
+    """
+    body = CollisionObject(
+        'stick', frame_id='tool', shapes=(ObjectShape(Sphere(0.1), pose_matrix((0.1, 0, 0))),),
+        subframes={'tip': pose_matrix((0.2, 0, 0))})
+    overlay = scene.with_start_state(StartState(attached_objects=(AttachedObject('tool', body),)))
+    np.testing.assert_allclose(overlay.frame_pose('stick')[:3, 3], (0.8, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(overlay.frame_pose('stick/tip')[:3, 3], (1.0, 0, 0), atol=1e-12)
+    (shape,) = overlay.attached['stick'].object.shapes
+    np.testing.assert_allclose(shape.pose, pose_matrix((0.1, 0, 0)))
+
+
 def test_an_attached_object_can_vanish_for_a_request(scene):
     """
     REMOVE in a start state takes an attached object away; it is not put into the world.
