@@ -69,7 +69,7 @@ def pose_to_message(pose: Matrix) -> Pose:
 
 def primitive_from_message(message: SolidPrimitive) -> Geometry:
     """
-    Return the shape of a primitive.
+    Return the shape of a primitive; dimensions that it does not need are ignored.
 
     :raises PlanningError: for an unknown type, missing or impossible dimensions.
     """
@@ -92,7 +92,7 @@ def missing_primitive(message: SolidPrimitive) -> str:
         return f'primitive type {message.type} is not supported; allowed: {known}'
     name, count = _DIMENSIONS[message.type]
     given = len(message.dimensions)
-    return '' if given == count else f'a {name} needs {count} dimensions, {given} were given'
+    return '' if given >= count else f'a {name} needs {count} dimensions, {given} were given'
 
 
 def mesh_from_message(message: MeshMessage) -> Mesh:

@@ -8,6 +8,7 @@ import pytest
 from shape_msgs.msg import Mesh, SolidPrimitive
 
 from armsim_ros.errors import PlanningError
+from armsim_ros.model.geometry import Cylinder, Sphere
 from armsim_ros.nodes.conversions.motion_plan_request import constraints_from_message
 
 BALL = SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[0.1])
@@ -49,6 +50,21 @@ def test_poses_without_a_shape_are_ignored():
     """
     made = converted(primitives=[BALL], primitive_poses=[Pose(), Pose()])
     assert (len(made.regions), made.left_out) == (1, ())
+
+
+@pytest.mark.parametrize(('primitive', 'geometry'), [
+    (SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[0.1, 0.0, 0.0]), Sphere(0.1)),
+    (SolidPrimitive(type=SolidPrimitive.CYLINDER, dimensions=[0.2, 0.1, 0.0]),
+     Cylinder(radius=0.1, length=0.2)),
+])
+def test_dimensions_that_a_shape_does_not_need_are_ignored(primitive, geometry):
+    """
+    Clients fill all three; only too few are an error.
+
+    Upstream: geometric_shapes, shape_operations.cpp, constructShapeFromMsg.
+    """
+    made = converted(primitives=[primitive], primitive_poses=[Pose()])
+    assert [region.shape for region in made.regions] == [geometry]
 
 
 def test_dimensions_that_cannot_exist_are_refused():
