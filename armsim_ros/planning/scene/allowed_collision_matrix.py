@@ -108,14 +108,13 @@ class AllowedCollisionMatrix:
             self.pairs, {**self.defaults, name: allowed}, _united(self.names, (name,)))
 
     def without(self, names: Iterable[str]) -> AllowedCollisionMatrix:
-        """Return a matrix that knows nothing of the names; itself if it never did."""
+        """Return a matrix without the pairs of the names; defaults stay. Itself without such."""
         gone = set(names).intersection(self.names)
-        if not gone:
+        pairs = {pair: value for pair, value in self.pairs.items() if not gone.intersection(pair)}
+        left = tuple(name for name in self.names if name not in gone or name in self.defaults)
+        if len(pairs) == len(self.pairs) and left == self.names:
             return self
-        return AllowedCollisionMatrix(
-            {pair: value for pair, value in self.pairs.items() if not gone.intersection(pair)},
-            {name: value for name, value in self.defaults.items() if name not in gone},
-            tuple(name for name in self.names if name not in gone))
+        return AllowedCollisionMatrix(pairs, self.defaults, left)
 
     def to_update(self) -> AcmUpdate:
         """Return the content of a message, sorted; every pair has its effective value."""

@@ -106,11 +106,21 @@ def test_names_of_a_message_are_sorted_and_defaults_hold_for_a_name_itself():
     assert (update.default_entry_names, update.default_entry_values) == (('c',), (True,))
 
 
-def test_without_forgets_a_name():
-    """SCN-5: pairs and default of a removed object go."""
-    acm = AllowedCollisionMatrix().with_pair('cup', 'a', True).with_default('cup', True)
+def test_without_forgets_the_pairs_of_a_name():
+    """SCN-5: those of a removed object go."""
+    acm = AllowedCollisionMatrix().with_pair('cup', 'a', True)
     assert not acm.without(['cup']).allowed('cup', 'a')
+    assert acm.without(['cup']).names == ('a',)
     assert acm.without(['other']) is acm
+
+
+def test_a_default_outlives_its_object():
+    """It holds for the next object of that name; collision_matrix.cpp, removeEntry."""
+    acm = AllowedCollisionMatrix().with_default('cup', True).with_pair('cup', 'a', False)
+    without = acm.without(['cup'])
+    assert without.allowed('cup', 'a')
+    assert without.to_update().default_entry_names == ('cup',)
+    assert without.without(['cup']) is without
 
 
 def test_a_pair_without_an_entry_follows_the_defaults():
