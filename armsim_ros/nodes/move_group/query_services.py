@@ -170,14 +170,18 @@ class GetUrdf:
                 f"{', '.join(groups) or 'the SRDF has none'}", 'get_urdf')
             return
         response.urdf_string = group_urdf(
-            self._context.robot.urdf, groups[request.group_name].joints)
+            self._context.robot.urdf, request.group_name, groups[request.group_name].joints)
         fill_error(response.error_code, MoveItErrorCode.SUCCESS)
 
 
-def group_urdf(urdf: str, joints: tuple[str, ...]) -> str:
-    """Return a URDF of these joints and the links they connect; the first links are empty."""
+def group_urdf(urdf: str, name: str, joints: tuple[str, ...]) -> str:
+    """
+    Return a URDF of these joints and the links they connect; the first links are empty.
+
+    :param name: of the group, and of the robot that is returned.
+    """
     whole = ElementTree.fromstring(urdf)
-    robot = ElementTree.Element('robot', {'name': whole.get('name', '')})
+    robot = ElementTree.Element('robot', {'name': name})
     chosen = [joint for joint in whole.findall('joint') if joint.get('name') in joints]
     children = {_link(joint, 'child') for joint in chosen}
     links = [link for link in whole.findall('link') if link.get('name') in children]
