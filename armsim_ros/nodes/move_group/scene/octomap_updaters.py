@@ -5,16 +5,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 from armsim_ros.arrays import Mask
 from armsim_ros.config.sensors_3d import DepthImageSensor, PointCloudSensor, Sensor
+from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.measurements import (
     cloud_of_points,
     image_of_kept,
@@ -54,20 +56,24 @@ class Updater:
     :param kind: of its messages.
     :param topic: of its messages.
     :param receive: called with the sensor's name and each message that counts.
+    :param profile: of the publisher of the points that are left.
     """
 
     def __init__(
-        self, context: Context, name: str, sensor: Sensor, kind: Any, topic: str, receive: Receive
+        self, context: Context, name: str, sensor: Sensor, kind: Any, topic: str,
+        receive: Receive, profile: QoSProfile,
     ) -> None:
         self._context, self._name, self._receive = context, name, receive
         self._period_ns = 1e9 / sensor.max_update_rate if sensor.max_update_rate else 0.0
         self._last_ns: int | None = None
         self.topic = topic
+        #: Of the points that are left; '' where they are not published.
+        self.filtered_topic = sensor.filtered_cloud_topic
+        if self.filtered_topic and sensor.ns:
+            self.filtered_topic = f'{sensor.ns}/{self.filtered_topic}'
         self._filtered: Any = None
-        if sensor.filtered_cloud_topic:
-            prefix = f'{sensor.ns}/' if sensor.ns else ''
-            self._filtered = context.node.create_publisher(
-                kind, f'{prefix}{sensor.filtered_cloud_topic}', qos_profile_sensor_data)
+        if self.filtered_topic:
+            self._filtered = context.node.create_publisher(kind, self.filtered_topic, profile)
         # In lockstep a picture counts as published when its reliable subscriptions have it.
         lockstep = context.settings.simulation.deterministic
         context.subscribe(
@@ -103,7 +109,8 @@ class PointCloudUpdater(Updater):
     def __init__(
         self, context: Context, name: str, sensor: PointCloudSensor, receive: Receive
     ) -> None:
-        super().__init__(context, name, sensor, PointCloud2, sensor.point_cloud_topic, receive)
+        super().__init__(context, name, sensor, PointCloud2, sensor.point_cloud_topic, receive,
+                         qos_profile_sensor_data)
         self._sensor = sensor
 
     def parse(self, message: PointCloud2) -> Parsed:
@@ -121,12 +128,16 @@ class DepthImageUpdater(Updater):
     def __init__(
         self, context: Context, name: str, sensor: DepthImageSensor, receive: Receive
     ) -> None:
-        super().__init__(context, name, sensor, Image, sensor.image_topic, receive)
+        super().__init__(
+            context, name, sensor, Image, sensor.image_topic, receive, qos.PICTURES)
         self._sensor = sensor
         self._info: CameraInfo | None = None
-        beside = sensor.image_topic.rpartition('/')[0]
-        context.subscribe(CameraInfo, f'{beside}/camera_info' if beside else 'camera_info',
-                          self._take_info, qos_profile_sensor_data)
+        context.subscribe(CameraInfo, _info_topic(sensor.image_topic), self._take_info,
+                          qos_profile_sensor_data)
+        self._filtered_info: Any = None
+        if self.filtered_topic:
+            self._filtered_info = context.node.create_publisher(
+                CameraInfo, _info_topic(self.filtered_topic), qos.PICTURES)
 
     def _take_info(self, message: CameraInfo) -> None:
         self._info = message
@@ -138,9 +149,24 @@ class DepthImageUpdater(Updater):
         found = points_of_depth(message, self._info, self._sensor)
         return Parsed(found.points, np.inf, found.beyond, found.pixels)
 
+    def publish_filtered(self, message: Image, parsed: Parsed, kept: Mask) -> None:
+        """Publish the image of the points that are left, and its camera_info."""
+        super().publish_filtered(message, parsed, kept)
+        if self._filtered_info is not None:
+            info = copy(self._info)
+            assert info is not None
+            info.header = message.header
+            self._filtered_info.publish(info)
+
     def _of_kept(self, message: Image, parsed: Parsed, kept: Mask) -> Image:
         assert parsed.pixels is not None
         return image_of_kept(message, parsed.pixels, kept)
+
+
+def _info_topic(topic: str) -> str:
+    """Return the topic of the camera_info beside a topic of images."""
+    parent, slash, _ = topic.rpartition('/')
+    return f'{parent}{slash}camera_info'
 
 
 def updater_of(context: Context, name: str, sensor: Sensor, receive: Receive) -> Updater:

@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import PointCloud2, PointField
+from rclpy.qos import qos_profile_sensor_data, QoSReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from small_arms import planar_arm
 
 from armsim_ros.config.ompl_planning import PlanningParameters
-from armsim_ros.config.sensors_3d import OctomapSettings, PointCloudSensor
+from armsim_ros.config.sensors_3d import DepthImageSensor, OctomapSettings, PointCloudSensor
 from armsim_ros.config.simulation import CameraSettings, SimulationSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -51,7 +52,7 @@ class Node:
 
     def __init__(self):
         self.executor = object()
-        self.published, self.listeners = [], 0
+        self.advertised, self.published, self.listeners = {}, [], 0
         self.parameters = {}
 
     def create_timer(self, period, call, clock):
@@ -62,7 +63,7 @@ class Node:
             reset=lambda: setattr(self, 'waits', True), is_canceled=lambda: not self.waits)
 
     def create_publisher(self, kind, topic, profile):
-        self.filtered_topic = topic
+        self.advertised[topic] = profile
         return SimpleNamespace(publish=self.published.append,
                                get_subscription_count=lambda: self.listeners)
 
@@ -289,8 +290,33 @@ def test_rate_and_filtered_cloud(monkeypatch):
         bench.send([*FAR, [0.0, 0.0, 8.0]], 1.0)
         bench.work()
         bench.now += 0.3
-    assert bench.node.filtered_topic == 'eye/left'
+    assert bench.node.advertised == {'eye/left': qos_profile_sensor_data}
     assert [message.width for message in bench.node.published] == [2, 2]
+
+
+def test_a_filtered_image_has_its_camera_info_beside_it(monkeypatch):
+    """
+    Both are reliable and have the stamp of the image that was measured.
+
+    moveit_ros depth_image_octomap_updater.cpp, start and depthImageCallback.
+    """
+    bench = Bench(monkeypatch, DepthImageSensor(
+        image_topic='/eye/depth', filtered_cloud_topic='left/image', ns='eye'))
+    bench.node.listeners = 1
+    bench.state(1.0)
+    info = CameraInfo(width=32, height=24, k=[30.0, 0.0, 16.0, 0.0, 30.0, 12.0, 0.0, 0.0, 1.0])
+    bench.topics['/eye/camera_info'](info)
+    image = Image(width=32, height=24, encoding='32FC1', step=128,
+                  data=array('B', np.full(32 * 24, 2.0, dtype=np.float32).tobytes()))
+    image.header.frame_id, image.header.stamp.sec = bench.frame, 1
+    bench.topics['/eye/depth'](image)
+    bench.work()
+    assert {topic: profile.reliability for topic, profile in bench.node.advertised.items()} == {
+        'eye/left/image': QoSReliabilityPolicy.RELIABLE,
+        'eye/left/camera_info': QoSReliabilityPolicy.RELIABLE}
+    filtered, beside = bench.node.published
+    assert filtered.header == beside.header == image.header
+    assert list(beside.k) == list(info.k)
 
 
 def test_the_map_of_a_camera_on_the_arm_stays_where_it_was_seen(bench):
