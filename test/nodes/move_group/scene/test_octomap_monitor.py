@@ -2,135 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which messages of sensors are added to the map, when, and what is said of the others."""
 
-from array import array
 from types import SimpleNamespace
 
 import numpy as np
+from octomap_bench import Bench, Node
 import pytest
-from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data, QoSReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
-from small_arms import planar_arm
 
 from armsim_ros.config.ompl_planning import PlanningParameters
-from armsim_ros.config.sensors_3d import DepthImageSensor, OctomapSettings, PointCloudSensor
+from armsim_ros.config.sensors_3d import OctomapSettings, PointCloudSensor
 from armsim_ros.config.simulation import CameraSettings, SimulationSettings
-from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.move_group.scene import octomap_monitor
-from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
+from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.octomap import octomap_from_cells
 from armsim_ros.planning.scene.octree_data import HIGHEST, LOWEST
-from armsim_ros.planning.scene.planning_scene import PlanningScene
-
-SECOND = 1_000_000_000
-
-
-class Works:
-    """A worker whose jobs a test lets run."""
-
-    def __init__(self, name, executor):
-        self.jobs = []
-        Works.last = self
-
-    def submit(self, job):
-        self.jobs.append(job)
-
-    def run(self):
-        while self.jobs:
-            self.jobs.pop(0)()
-
-    def close(self):
-        pass
-
-
-class Node:
-    """Has topics and a timer."""
-
-    def __init__(self):
-        self.executor = object()
-        self.advertised, self.published, self.listeners = {}, [], 0
-        self.parameters = {}
-
-    def create_timer(self, period, call, clock):
-        self.retry = call
-        self.waits = True
-        return SimpleNamespace(
-            cancel=lambda: setattr(self, 'waits', False),
-            reset=lambda: setattr(self, 'waits', True), is_canceled=lambda: not self.waits)
-
-    def create_publisher(self, kind, topic, profile):
-        self.advertised[topic] = profile
-        return SimpleNamespace(publish=self.published.append,
-                               get_subscription_count=lambda: self.listeners)
-
-    def has_parameter(self, name):
-        return name in self.parameters
-
-    def get_parameters_by_prefix(self, prefix):
-        return {name: Parameter(name, value=value) for name, value in self.parameters.items()}
-
-
-class Bench:
-    """A monitor with a sensor, and the parts of move_group that it needs."""
-
-    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, sensorless=False):
-        monkeypatch.setattr(octomap_monitor, 'Worker', Works)
-        self.node, self.now, self.lines, self.topics = Node(), 0.0, [], {}
-        self.ends = False
-        self.scene = PlanningScene(KinematicModel(planar_arm()))
-        logger = SimpleNamespace(info=self.lines.append, warning=self.lines.append)
-        self.states = SimpleNamespace(recorders=[], now_ns=lambda: round(self.now * SECOND))
-        self.context = SimpleNamespace(
-            node=self.node, scene=self.scene, states=self.states, logger=logger,
-            clock=lambda: self.now, frame=self.scene.model_frame,
-            settings=SimpleNamespace(simulation=SimpleNamespace(deterministic=lockstep)),
-            serve=lambda kind, name, answer: setattr(self, 'sync', answer),
-            ticker=SimpleNamespace(next=_Tick), check_ending=self._check_ending,
-            subscribe=lambda kind, topic, take, profile: self.topics.update({topic: take}))
-        sensor = sensor or PointCloudSensor(point_cloud_topic='/cloud')
-        self.monitor = OctomapMonitor(self.context, OctomapSettings(
-            sensors={} if sensorless else {'eye': sensor}, octomap_resolution=0.05))
-        self.frame = self.scene.model_frame
-
-    def _check_ending(self, source):
-        if self.ends:
-            raise PlanningError(MoveItErrorCode.FAILURE, 'the program ends', source)
-
-    def state(self, seconds):
-        for record in self.states.recorders:
-            record(round(seconds * SECOND), self.scene.kinematic_model.positions(self.scene.q))
-
-    def send(self, points, seconds, frame=None, **parts):
-        data = np.asarray(points, dtype='<f4').reshape(-1, 3)
-        message = PointCloud2(
-            height=1, width=len(data), point_step=12, row_step=12 * len(data),
-            fields=[PointField(name=name, offset=4 * k, datatype=7, count=1)
-                    for k, name in enumerate('xyz')], data=array('B', data.tobytes()))
-        message.header.frame_id = frame or self.frame
-        message.header.stamp.sec = int(seconds)
-        message.header.stamp.nanosec = round(seconds % 1 * SECOND)
-        for name, value in parts.items():
-            setattr(message, name, value)
-        self.topics['/cloud'](message)
-
-    def work(self):
-        Works.last.run()
-
-    @property
-    def cells(self):
-        octomap = self.scene.octomap
-        return 0 if octomap is None else len(octomap.boxes[0])
-
-
-class _Tick:
-    """A wait of a coroutine."""
-
-    def __await__(self):
-        yield
 
 
 @pytest.fixture
@@ -277,46 +164,6 @@ def test_time_that_jumps_back_starts_anew(bench):
     bench.send([[0.0, 1.0, 6.0]], 1.0)
     bench.work()
     assert bench.cells == 3
-
-
-def test_rate_and_filtered_cloud(monkeypatch):
-    """Clouds that come too soon are not read; what is left of the others is published."""
-    bench = Bench(monkeypatch, PointCloudSensor(
-        point_cloud_topic='/cloud', max_update_rate=2.0, max_range=6.0,
-        filtered_cloud_topic='left', ns='eye'))
-    bench.state(1.0)
-    bench.node.listeners = 1
-    for _ in range(4):
-        bench.send([*FAR, [0.0, 0.0, 8.0]], 1.0)
-        bench.work()
-        bench.now += 0.3
-    assert bench.node.advertised == {'eye/left': qos_profile_sensor_data}
-    assert [message.width for message in bench.node.published] == [2, 2]
-
-
-def test_a_filtered_image_has_its_camera_info_beside_it(monkeypatch):
-    """
-    Both are reliable and have the stamp of the image that was measured.
-
-    moveit_ros depth_image_octomap_updater.cpp, start and depthImageCallback.
-    """
-    bench = Bench(monkeypatch, DepthImageSensor(
-        image_topic='/eye/depth', filtered_cloud_topic='left/image', ns='eye'))
-    bench.node.listeners = 1
-    bench.state(1.0)
-    info = CameraInfo(width=32, height=24, k=[30.0, 0.0, 16.0, 0.0, 30.0, 12.0, 0.0, 0.0, 1.0])
-    bench.topics['/eye/camera_info'](info)
-    image = Image(width=32, height=24, encoding='32FC1', step=128,
-                  data=array('B', np.full(32 * 24, 2.0, dtype=np.float32).tobytes()))
-    image.header.frame_id, image.header.stamp.sec = bench.frame, 1
-    bench.topics['/eye/depth'](image)
-    bench.work()
-    assert {topic: profile.reliability for topic, profile in bench.node.advertised.items()} == {
-        'eye/left/image': QoSReliabilityPolicy.RELIABLE,
-        'eye/left/camera_info': QoSReliabilityPolicy.RELIABLE}
-    filtered, beside = bench.node.published
-    assert filtered.header == beside.header == image.header
-    assert list(beside.k) == list(info.k)
 
 
 def test_the_map_of_a_camera_on_the_arm_stays_where_it_was_seen(bench):
