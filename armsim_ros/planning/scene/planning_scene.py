@@ -218,8 +218,12 @@ class PlanningScene(SceneView):
         return copy
 
     def with_update(self, update: SceneUpdate) -> PlanningScene:
-        """Return a snapshot with a message applied to it; ``refusals`` has what was not."""
-        overlay, refusals = self.snapshot(), list(self.refusals)
+        """
+        Return a snapshot with a message applied to it; ``refusals`` has what was not.
+
+        Frames of TF stay where they are, whatever robot state the message has.
+        """
+        overlay, refusals = self._with_standing_frames(), list(self.refusals)
         overlay._edit(lambda draft: refusals.extend(apply_update(draft, update)))
         overlay.refusals = tuple(refusals)
         return overlay
@@ -228,17 +232,30 @@ class PlanningScene(SceneView):
         """
         Return a snapshot whose robot state is a client's start state.
 
+        Frames of TF stay where they are.
+
         :param start: joints that are not named keep the scene's state; its attached objects
             are applied, ``refusals`` has those that were refused.
         :param strict: a start state that is not a difference drops the scene's attached objects.
         :raises PlanningError: INVALID_ROBOT_STATE for an unknown joint or for names and
             positions that do not match.
         """
-        overlay, refusals = self.snapshot(), list(self.refusals)
+        overlay, refusals = self._with_standing_frames(), list(self.refusals)
         overlay._edit(
             lambda draft: refusals.extend(apply_start_state(draft, start, strict=strict)))
         overlay.refusals = tuple(refusals)
         return overlay
+
+    def _with_standing_frames(self) -> PlanningScene:
+        """Return a snapshot in which frames of TF have their present poses in any robot state."""
+        copy = self.snapshot()
+        if copy._content.frames:
+            poses = {name: copy.frame_pose(name) for name in copy._content.frames
+                     if copy.has_frame(name)}
+            copy._commit(replace(
+                copy._content, frames=MappingProxyType({}),
+                fixed_frames=MappingProxyType({**copy._content.fixed_frames, **poses})))
+        return copy
 
     def with_robot(self, q: Vector, attached: Mapping[str, AttachedObject]) -> PlanningScene:
         """
