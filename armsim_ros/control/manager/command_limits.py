@@ -89,6 +89,11 @@ class CommandLimits:
                                self._deceleration):
                     values[i] = np.inf
 
+    def reset(self) -> None:
+        """Forget the last commands: the next ones are limited from the measured states."""
+        for before in self._before.values():
+            before[:] = np.nan
+
     def enforce(self, period: float) -> None:
         """
         Limit all commands in place.

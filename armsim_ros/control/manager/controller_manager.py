@@ -26,7 +26,6 @@ from armsim_ros.control.controller import Controller, ControllerContext, Lifecyc
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import ControllerEvent, EventQueue, Mailbox
 from armsim_ros.control.manager.arm_stop import ArmStop
-from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.controller_factory import (
     CONTROLLER_TYPES,
     create_controller,
@@ -98,8 +97,6 @@ class ControllerManager:
         self.stops = ArmStop(arm(self.events, self.context.wake), model, self.resources,
                              self._switches, self._requests.post)
         self._ahead = UpdatesAhead((), 0, 0, 0.0)
-        limited = parameters.enforce_command_limits
-        self._limits = CommandLimits(hardware, model) if limited else None
 
     @property
     def generation(self) -> int:
@@ -231,8 +228,8 @@ class ControllerManager:
                 controller.update(time_ns, period * divisor)
             except Exception as error:  # noqa: BLE001 - one controller must not stop the others
                 self._fail(controller, error)
-        if self._limits is not None:
-            self._limits.enforce(period)
+        if self.resources.limits is not None:
+            self.resources.limits.enforce(period)
         if self.resources.holds:
             self.resources.hold_idle_joints()
         if stops.reason:
@@ -240,7 +237,7 @@ class ControllerManager:
 
     def plan(self, updates: int, time_ns: int, period: float, *, moving: bool) -> int:
         """Plan updates of all active controllers, see :meth:`Controllers.plan`."""
-        if (self._requests or self._failures or self._resumed or self._limits is not None
+        if (self._requests or self._failures or self._resumed or self.resources.limits is not None
                 or self.stops.busy or (moving and (self.resources.holds or self.stops.reason))):
             return 0
         self._ahead = UpdatesAhead(self._updated, self._tick, time_ns, period)
@@ -301,7 +298,7 @@ class ControllerManager:
             for kind in COMMAND_INTERFACES:
                 arrays.of(kind)[:] = np.nan
         self.stops.restart(time_ns)
-        self.resources.hold_here()
+        self.resources.restart()
         self._resumed = True
         for controller, _ in reversed(self._switches.active + self._switches.devices):
             self._try(controller, controller.activate, time_ns)

@@ -14,6 +14,7 @@ from armsim_ros.config.controllers.controller_manager import ControllerManagerPa
 from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import COMMAND_INTERFACES, HardwareInterface
 from armsim_ros.control.mailbox import EventQueue
+from armsim_ros.control.manager.command_limits import CommandLimits
 from armsim_ros.control.manager.manager_info import interface_infos, InterfaceInfo
 from armsim_ros.errors import ControllerError, nearest
 from armsim_ros.model.robot_model import HardwareSystem, RobotModel
@@ -81,7 +82,8 @@ class Resources:
     All components of a robot: those that its URDF declares, else a component with all joints.
 
     :param model: gives names and declarations; without it the only component is ``hardware``.
-    :param parameters: in which state components start, and what inactive ones allow.
+    :param parameters: in which state components start, what inactive ones allow, and whether
+        commands are limited.
     :param events: get a warning of each component that the parameters name and nothing declares.
     """
 
@@ -96,6 +98,9 @@ class Resources:
                            or (HardwareComponent(name),))
         self._allow_inactive = (
             parameters.defaults.allow_controller_activation_with_inactive_hardware)
+        #: What limits the commands; None where nothing does.
+        self.limits = (CommandLimits(hardware, model) if parameters.enforce_command_limits
+                       else None)
         #: Joints of an arm that is stopped: no controller has them.
         self.halted: frozenset[str] = frozenset()
         self._held: tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]] | None = None
@@ -124,6 +129,16 @@ class Resources:
         """Whether there are such joints, or gpios."""
         return self._held is not None or bool(self._held_others)
 
+    def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
+        """
+        Have the hardware follow other interfaces; commands are limited from where it is now.
+
+        :param claimed: joint -> the interfaces that it follows.
+        :raises ArmsimError: the hardware refuses them.
+        """
+        self.hardware.perform_command_mode_switch(claimed)
+        self._reset_limits()
+
     def hold_idle_joints(self) -> None:
         """Let no command reach hardware that is not active; once per update."""
         self.hardware.other_commands.update(self._held_others)
@@ -148,9 +163,10 @@ class Resources:
         known[name].set_state(state)
         self._hold(self._held_positions())
 
-    def hold_here(self) -> None:
-        """Hold the joints of hardware that is not active where they are measured now."""
+    def restart(self) -> None:
+        """Hold idle joints, and limit commands, from the states that are measured now."""
         self._hold({})
+        self._reset_limits()
 
     def inactive_owner(self, interfaces: Iterable[str]) -> str:
         """Return an inactive component that keeps a controller of these commands from starting."""
@@ -212,6 +228,10 @@ class Resources:
             tuple(info for info in command if component.has(info.name.rpartition('/')[0])),
             tuple(info for info in state if component.has(info.name.rpartition('/')[0])),
         ) for component in self.components]
+
+    def _reset_limits(self) -> None:
+        if self.limits is not None:
+            self.limits.reset()
 
     def _held_positions(self) -> dict[int, float]:
         """Return place -> position of the joints that are held, and of the other commands."""

@@ -227,7 +227,7 @@ class SwitchExecution:
         """Have the hardware follow the active controllers, where it is active itself."""
         active = [controller for controller in controllers.values() if controller.active]
         try:
-            self._hardware.perform_command_mode_switch(self._claims(active))
+            self._resources.perform_command_mode_switch(self._claims(active))
         except ArmsimError as error:
             self._events.add(time_ns, 'error', 'failure', str(error))
 
@@ -249,7 +249,9 @@ class SwitchExecution:
                       if bool(preceding(controller, requested)) != controller.chained]
         starting = in_order([*starting, *restarting])[::-1]
         try:
-            self._hardware.perform_command_mode_switch(self._claims(requested))
+            if any(controller.required_command_interfaces for controller in (
+                    *stopping, *starting)):
+                self._resources.perform_command_mode_switch(self._claims(requested))
         except ArmsimError as error:
             return [f'nothing was switched: {error}']
         for controller in in_order([*stopping, *restarting]):

@@ -22,6 +22,8 @@ from armsim_ros.model.robot_model import (
     SoftLimits,
 )
 
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
+FORWARD = 'forward_command_controller/ForwardCommandController'
 PERIOD = 0.01
 
 
@@ -163,3 +165,39 @@ def test_a_limited_goal_is_reached(rig, trajectory):
     assert r.manager.plan(10, r.now_ns, 0.01, moving=False) == 0
     r.run(0.4)
     assert r.hardware.state.position[0] == pytest.approx(0.5)
+
+
+def test_a_reset_leaves_no_command_of_the_old_place(rig, trajectory):
+    """After a reset of the plant the joints stay where it put them."""
+    r = rig(enforce_command_limits=True, velocity=1.0)
+    r.arm().send_goal(trajectory((3.0, [2.0, -2.0])))
+    r.run(4.0)
+    r.manager.interrupt(r.now_ns, 'reset')
+    place(r.hardware, 0.0)
+    r.hardware.state.position[1] = 0.0
+    r.manager.resume(r.now_ns)
+    r.step()
+    np.testing.assert_array_equal(r.hardware.command.position, 0.0)
+
+
+def test_a_switch_limits_from_the_measured_states(rig):
+    """
+    A switch of command interfaces forgets the last commands, that of a broadcaster does not.
+
+    resource_manager.cpp, ResourceManager::perform_command_mode_switch.
+    """
+    r = rig(enforce_command_limits=True)
+    stream = r.load('stream', FORWARD, joints=['a'], interface_name='position')
+    r.load('other', FORWARD, joints=['b'], interface_name='position')
+    r.load('states', BROADCASTER)
+    assert r.manager.switch(['stream']).ok
+    r.hardware.frozen = True
+    stream.receive([9.0])
+    r.step(2)
+    assert r.manager.switch(['states']).ok
+    r.step()
+    assert r.hardware.command.position[0] == pytest.approx(0.09)
+    place(r.hardware, 1.0)
+    assert r.manager.switch(['other']).ok
+    r.step()
+    assert r.hardware.command.position[0] == pytest.approx(1.03)
