@@ -30,6 +30,8 @@ from armsim_ros.model.robot_model import RobotModel, SoftLimits
 _FAR_OUTSIDE = 0.002
 #: Speed at which a joint outside of its soft bounds returns [rad/s or m/s].
 _RETURN_SPEED = math.radians(1.0)
+#: Soft bounds this close together, and a gain this small, are not there [rad or m, 1/s].
+_NEGLIGIBLE = 1e-10
 
 Range = tuple[Vector, Vector]
 
@@ -61,9 +63,14 @@ class CommandLimits:
             return np.array([default if limits is None else value(limits) for limits in soft])
 
         self._is_soft = np.array([limits is not None for limits in soft], dtype=bool)
-        self._soft_lower = of_soft(lambda limits: limits.lower, -np.inf)
-        self._soft_upper = of_soft(lambda limits: limits.upper, np.inf)
+        lower = np.maximum(of_soft(lambda limits: limits.lower, -np.inf), self._lower)
+        upper = np.minimum(of_soft(lambda limits: limits.upper, np.inf), self._upper)
+        bounded = np.isfinite(lower) & np.isfinite(upper) & (upper - lower > _NEGLIGIBLE)
+        self._soft_lower = np.where(bounded, lower, -np.inf)
+        self._soft_upper = np.where(bounded, upper, np.inf)
         self._k_position = of_soft(lambda limits: limits.k_position, 0.0)
+        self._slows_down = (self._is_soft & bounded & (self._k_position > _NEGLIGIBLE)
+                            & np.isfinite(self._lower) & np.isfinite(self._velocity))
         self._k_velocity = of_soft(lambda limits: limits.k_velocity, 0.0)
         self._before = {kind: np.full(len(names), np.nan) for kind in (POSITION, VELOCITY)}
 
@@ -128,8 +135,7 @@ class CommandLimits:
         """Return the velocities that soft limits leave: the less, the nearer a bound is."""
         velocity, position = self._velocity, self._hardware.state.position
         slowest, fastest = -velocity, velocity.copy()
-        soft = (self._is_soft & (self._k_position > 0.0) & np.isfinite(velocity)
-                & np.isfinite(self._lower))
+        soft = self._slows_down
         if not soft.any():
             return slowest, fastest
         reference = self._reference()
@@ -175,7 +181,10 @@ class CommandLimits:
         change = self._acceleration * period
         low, high = np.maximum(before - change, low), np.minimum(before + change, high)
         low, high = np.minimum(low, high), np.maximum(low, high)
-        low, high = np.maximum(low, slowest), np.minimum(high, fastest)
+        change = np.where(self._is_soft, change, np.inf)
+        least = np.clip(state.velocity - change, slowest, fastest)
+        most = np.clip(state.velocity + change, slowest, fastest)
+        low, high = np.clip(low, least, most), np.clip(high, least, most)
         return np.where(bound, low, -np.inf), np.where(bound, high, np.inf)
 
     def _accelerations(self) -> Range:

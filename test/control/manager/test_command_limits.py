@@ -131,6 +131,50 @@ def test_soft_limits_of_efforts(limited):
     assert enforced(hardware, limits, effort=5.0) == (pytest.approx(2.0),)
 
 
+@pytest.mark.parametrize(('soft', 'kind', 'command', 'expected'), [
+    (SoftLimits(0.0, 0.0, 0.0, 4.0), 'position', 0.51, 0.51),
+    (SoftLimits(0.0, 0.0, 100.0, 4.0), 'velocity', 1.0, 1.0),
+    (SoftLimits(-0.8, 0.8, 0.0, 4.0), 'velocity', 1.0, 1.0),
+])
+def test_soft_limits_that_are_not_there(limited, soft, kind, command, expected):
+    """
+    Bounds that leave no range and a gain of 0 limit nothing.
+
+    Upstream: joint_soft_limiter.hpp, has_soft_position_limits and has_soft_limits.
+    """
+    hardware, limits = limited(soft=soft)
+    place(hardware, 0.5)
+    assert enforced(hardware, limits, **{kind: command}) == (pytest.approx(expected),)
+
+
+@pytest.mark.parametrize(('joint', 'position'), [
+    (None, 0.95), (HardwareJoint('a', bounds={'position': (-0.8, 0.8)}), 0.75)])
+def test_soft_bounds_end_at_the_hard_ones(limited, joint, position):
+    """
+    A soft bound beyond the limit of the joint is that limit.
+
+    Upstream: component_parser.cpp, parse_control_resources_from_urdf.
+    """
+    hardware, limits = limited(soft=SoftLimits(-5.0, 5.0, 10.0, 4.0), joint=joint)
+    place(hardware, position)
+    assert enforced(hardware, limits, velocity=2.0) == (pytest.approx(0.5),)
+
+
+@pytest.mark.parametrize(('soft', 'expected'), [
+    (None, 0.2), (SoftLimits(-0.8, 0.8, 10.0, 4.0), 0.1)])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_a_soft_joint_is_not_commanded_far_ahead_of_its_motion(limited, soft, expected, sign):
+    """
+    The velocity of a joint with soft limits stays as near to the measured as it can change.
+
+    Upstream: joint_soft_limiter.cpp, JointSoftLimiter::on_enforce.
+    """
+    joint = HardwareJoint('a', bounds={'acceleration': (-10.0, 10.0)})
+    hardware, limits = limited(soft=soft, joint=joint)
+    enforced(hardware, limits, velocity=sign)
+    assert enforced(hardware, limits, velocity=sign) == (pytest.approx(sign * expected),)
+
+
 def test_limits_that_are_switched_off(limited):
     """<limits enable="false"/> of the hardware leaves commands as they are."""
     hardware, limits = limited(joint=HardwareJoint('a', limited=False))
