@@ -17,6 +17,7 @@ from armsim_ros.control.hardware_interface import (
     COMMAND_INTERFACES,
     HardwareInterface,
 )
+from armsim_ros.control.manager.manager_info import dependents
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
 from armsim_ros.control.manager.switching import Strictness
@@ -314,8 +315,9 @@ class ArmStop:
         """Deactivate the controllers of the arm where its program has stopped."""
         if self.arm.program is not Program.STOPPED:
             return
-        names = [controller.name for controller, _ in self._switches.active
-                 if controller.moves_arm]
+        active = [controller for controller, _ in self._switches.active]
+        moving = [controller for controller in active if controller.moves_arm]
+        names = [controller.name for controller in (*moving, *dependents(moving, active))]
         if names:
             self._set_aside += names
             self._request_switch(SwitchRequest((), names, Strictness.BEST_EFFORT))

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,45 +13,80 @@ from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.model.robot_model import HardwareSystem
 
 AnyController = Controller[Any]
+Relation = Callable[[AnyController, AnyController], bool]
 Connections = dict[str, tuple[str, ...]]
 """Following controller -> its references, as ``joint/interface``."""
 
 
-def precedes(first: AnyController, other: AnyController) -> bool:
+def writes_to(first: AnyController, other: AnyController) -> bool:
     """Return whether a controller writes to references of another."""
     return not set(first.required_command_interfaces).isdisjoint(other.reference_interfaces)
 
 
+def reads_from(first: AnyController, other: AnyController) -> bool:
+    """Return whether a controller reads states that another exports."""
+    return not set(first.required_state_interfaces).isdisjoint(other.exported_states)
+
+
+def depends_on(first: AnyController, other: AnyController) -> bool:
+    """Return whether a controller can be active only while another is."""
+    return writes_to(first, other) or reads_from(first, other)
+
+
+def precedes(first: AnyController, other: AnyController) -> bool:
+    """Return whether the update of a controller comes before that of another."""
+    return writes_to(first, other) or (reads_from(other, first) and not writes_to(other, first))
+
+
 def preceding(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
     """Return those of the others that write to a controller's references."""
-    return [other for other in others if precedes(other, controller)]
+    return [other for other in others if writes_to(other, controller)]
 
 
-def following(controller: AnyController, others: Iterable[AnyController]) -> list[AnyController]:
-    """Return those of the others to whose references a controller writes."""
-    return [other for other in others if precedes(controller, other)]
+def dependents(
+    controllers: Iterable[AnyController], others: Iterable[AnyController]
+) -> list[AnyController]:
+    """Return those of the others that depend on any of the controllers, also through others."""
+    return _reached(controllers, others, lambda found, other: depends_on(other, found))
+
+
+def dependencies(
+    controller: AnyController, others: Iterable[AnyController]
+) -> list[AnyController]:
+    """Return those of the others that a controller depends on, also through others."""
+    return _reached([controller], others, depends_on)
 
 
 def group_of(
     controller: AnyController, controllers: Iterable[AnyController]
 ) -> list[AnyController]:
-    """Return a controller and all that are in a chain with it, preceding and following ones."""
-    others = list(controllers)
-    found = [controller]
+    """Return a controller and all that are in a chain with it."""
+    return [controller, *_reached(
+        [controller], controllers,
+        lambda found, other: depends_on(found, other) or depends_on(other, found))]
+
+
+def _reached(
+    controllers: Iterable[AnyController], others: Iterable[AnyController], related: Relation
+) -> list[AnyController]:
+    """Return those of the others that a relation leads to from the controllers."""
+    found, others = list(controllers), list(others)
+    begin = len(found)
     for member in found:
-        found += [other for other in others if other not in found
-                  and (precedes(other, member) or precedes(member, other))]
-    return found
+        found += [other for other in others if other not in found and related(member, other)]
+    return found[begin:]
 
 
-def in_order(controllers: Sequence[AnyController]) -> list[AnyController]:
-    """Return controllers with each before those that it precedes, else in their order."""
+def in_order(
+    controllers: Sequence[AnyController], before: Relation = precedes
+) -> list[AnyController]:
+    """Return controllers with each after those that come before it, else in their order."""
     ordered: list[AnyController] = []
     left = list(controllers)
     while left:
         # A ring of controllers has no beginning; it is cut at the controller loaded first.
-        first = next((each for each in left if not preceding(
-            each, [other for other in left if other is not each])), left[0])
+        first = next((each for each in left if not any(
+            before(other, each) for other in left if other is not each)), left[0])
         ordered.append(first)
         left.remove(first)
     return ordered
@@ -63,7 +98,7 @@ def connections(controller: AnyController, controllers: Iterable[AnyController])
     return {
         follower.name: tuple(relative(name) for name in commanded
                              if name in follower.reference_interfaces)
-        for follower in following(controller, controllers)}
+        for follower in controllers if writes_to(controller, follower)}
 
 
 def relative(interface: str) -> str:
@@ -88,15 +123,17 @@ def start_obstacle(
 
     :param starting: names of the controllers that the same request activates.
     """
-    for follower in all_following(controller, controllers):
-        if follower.name in starting:
+    for needed in dependencies(controller, controllers):
+        if needed.name in starting:
             continue
-        if follower.name in stopping:
-            return (f"'{controller.name}' writes to references of '{follower.name}', which the "
-                    'same request deactivates')
-        if not follower.active:
-            return (f"'{controller.name}' writes to references of '{follower.name}', which is not "
-                    f"active; activate '{follower.name}' before it or with it")
+        use = ('writes to references of' if writes_to(controller, needed) else
+               'reads states of' if reads_from(controller, needed) else 'depends on')
+        if needed.name in stopping:
+            return (f"'{controller.name}' {use} '{needed.name}', which the same request "
+                    'deactivates')
+        if not needed.active:
+            return (f"'{controller.name}' {use} '{needed.name}', which is not active; activate "
+                    f"'{needed.name}' before it or with it")
     return ''
 
 
@@ -109,23 +146,13 @@ def stop_obstacle(
 
     :param starting: names of the controllers that the same request activates.
     """
-    for leader in preceding(controller, controllers):
-        if leader.name not in stopping if leader.active else leader.name in starting:
-            return (f"'{controller.name}' cannot be deactivated: '{leader.name}' writes to its "
-                    f"references; deactivate '{leader.name}' before it or with it")
+    for user in controllers:
+        if depends_on(user, controller) and (
+                user.name not in stopping if user.active else user.name in starting):
+            use = 'writes to its references' if writes_to(user, controller) else 'reads its states'
+            return (f"'{controller.name}' cannot be deactivated: '{user.name}' {use}; "
+                    f"deactivate '{user.name}' before it or with it")
     return ''
-
-
-def all_following(
-    controller: AnyController, controllers: Iterable[AnyController]
-) -> list[AnyController]:
-    """Return all through which a controller's commands go, nearest first."""
-    others = list(controllers)
-    found = following(controller, others)
-    for member in found:
-        found += [follower for follower in following(member, others)
-                  if follower not in found and follower is not controller]
-    return found
 
 
 @dataclass(frozen=True, slots=True)

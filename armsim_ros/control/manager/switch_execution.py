@@ -20,7 +20,8 @@ from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.hardware_interface import POSITION
 from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.manager.manager_info import (
-    following,
+    dependencies,
+    depends_on,
     group_of,
     in_order,
     preceding,
@@ -247,14 +248,14 @@ class SwitchExecution:
         requested = [*staying, *starting]
         restarting = [controller for controller in staying
                       if bool(preceding(controller, requested)) != controller.chained]
-        starting = in_order([*starting, *restarting])[::-1]
+        starting = in_order([*starting, *restarting], depends_on)[::-1]
         try:
             if any(controller.required_command_interfaces for controller in (
                     *stopping, *starting)):
                 self._resources.perform_command_mode_switch(self._claims(requested))
         except ArmsimError as error:
             return [f'nothing was switched: {error}']
-        for controller in in_order([*stopping, *restarting]):
+        for controller in in_order([*stopping, *restarting], depends_on):
             self._deactivate(controller, time_ns)
         self._forget_positions(requested)
         for controller in requested:
@@ -264,7 +265,7 @@ class SwitchExecution:
         if failures:
             if strict:
                 active = [controller for controller in starting if controller.active]
-                for controller in in_order(active):
+                for controller in in_order(active, depends_on):
                     self._deactivate(controller, time_ns)
                 if active:
                     names = ', '.join(f"'{controller.name}'" for controller in active)
@@ -278,17 +279,17 @@ class SwitchExecution:
     def _open_chains(self, active: Sequence[Controller[Any]], time_ns: int) -> list[str]:
         """Restart controllers whose references have lost their writer; return failures."""
         failures = []
-        for controller in in_order(active)[::-1]:
+        for controller in in_order(active, depends_on)[::-1]:
             if controller.chained and not preceding(controller, active):
                 self._deactivate(controller, time_ns)
                 failures.append(self._activate(controller, time_ns))
         return [text for text in failures if text]
 
     def _start(self, controller: Controller[Any], controllers: Controllers, time_ns: int) -> str:
-        """Activate a controller unless a controller that follows it has failed to start."""
-        for follower in following(controller, controllers.values()):
-            if not follower.active:
-                return f"'{controller.name}' stays inactive without '{follower.name}'"
+        """Activate a controller unless a controller that it depends on has failed to start."""
+        for needed in dependencies(controller, controllers.values()):
+            if not needed.active:
+                return f"'{controller.name}' stays inactive without '{needed.name}'"
         return self._activate(controller, time_ns)
 
     def _activate(self, controller: Controller[Any], time_ns: int) -> str:

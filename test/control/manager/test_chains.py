@@ -10,6 +10,7 @@ import pytest
 from armsim_ros.control.controller import LifecycleState
 from armsim_ros.errors import ControllerError
 
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
 PID = 'pid_controller/PidController'
 TRAJECTORY = 'joint_trajectory_controller/JointTrajectoryController'
 FORWARD = 'forward_command_controller/ForwardCommandController'
@@ -216,6 +217,86 @@ def test_forward_controller_in_a_chain(rig):
     assert made.manager.controllers['stream'].receive([0.3]) == ''
     made.run(1.0)
     assert made.hardware.state.position[0] == pytest.approx(0.3, abs=1e-3)
+
+
+@pytest.fixture
+def reader(rig):
+    """Return joints with a controller that reads the states that another exports."""
+    made = rig()
+    # The reader is loaded first: the order of loading must not matter.
+    made.load('outer', PID, dof_names=['b'], command_interface='velocity',
+              reference_and_state_dof_names=['inner/a'],
+              reference_and_state_interfaces=['position'], gains={'b': {'p': 2.0}})
+    made.load('inner', PID, dof_names=['a'], command_interface='velocity',
+              reference_and_state_interfaces=['position'], gains={'a': {'p': 2.0}})
+    return made
+
+
+def test_a_reader_starts_with_the_controller_that_exports(reader):
+    """
+    A controller that reads exported states starts after their controller, and not without it.
+
+    Upstream: controller_manager.cpp, check_following_controllers_for_activate.
+    """
+    result = reader.manager.switch(activate=['outer'])
+    assert not result.ok
+    assert "'outer' reads states of 'inner', which is not active" in result.message
+    assert reader.manager.switch(activate=['outer', 'inner']).ok
+    assert not _info(reader, 'inner').chained
+    assert not reader.manager.switch(['outer'], ['outer', 'inner']).ok
+
+
+def test_a_controller_whose_states_are_read_stays(reader):
+    """
+    A controller that exports states which are read is not deactivated without the reader.
+
+    Upstream: controller_manager.cpp, check_preceding_controllers_for_deactivate.
+    """
+    assert reader.manager.switch(activate=['inner', 'outer']).ok
+    result = reader.manager.switch(deactivate=['inner'])
+    assert not result.ok
+    assert "'outer' reads its states" in result.message
+    assert set(_states(reader).values()) == {'active'}
+    assert reader.manager.switch(deactivate=['inner', 'outer']).ok
+
+
+def test_exported_states_are_read_in_the_update_that_measures_them(reader):
+    """
+    A controller is updated after those whose states it reads.
+
+    Upstream: controller_manager.cpp, update_list_with_controller_chain.
+    """
+    assert list(_states(reader)) == ['inner', 'outer']
+    assert reader.manager.switch(activate=['inner', 'outer']).ok
+    reader.step()
+    reader.hardware.state.position[0] = 0.7
+    reader.step()
+    assert reader.manager.controllers['outer'].snapshot().feedback[0] == 0.7
+
+
+def test_a_failure_stops_what_reads_the_states(reader, monkeypatch):
+    """
+    Where a controller fails, the controllers that read its states are deactivated with it.
+
+    Upstream: controller_manager.cpp, build_controllers_topology_info and get_full_chain_spec.
+    """
+    assert reader.manager.switch(activate=['inner', 'outer']).ok
+    monkeypatch.setattr(reader.manager.controllers['inner'], 'follow',
+                        lambda *_: (_ for _ in ()).throw(RuntimeError('broken')))
+    reader.step(2)
+    assert set(_states(reader).values()) == {'inactive'}
+
+
+def test_a_broadcaster_of_all_states_holds_no_controller(reader):
+    """
+    The joint_state_broadcaster publishes what there is; what it reads may be deactivated.
+
+    Upstream: controller_manager.cpp, check_following_controllers_for_activate.
+    """
+    reader.load('states', BROADCASTER)
+    assert reader.manager.switch(activate=['inner', 'states']).ok
+    assert reader.manager.switch(deactivate=['inner']).ok
+    assert _states(reader)['states'] == 'active'
 
 
 @pytest.mark.parametrize('names', [['loop/a'], ['loop/a', 'b'], ['a', 'c']])
