@@ -30,10 +30,11 @@ from armsim_ros.control.manager.manager_info import (
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switching import (
     claimed_joints,
-    holders_of,
     plan_switch,
+    plan_takeover,
     Strictness,
     SwitchResult,
+    takeover_obstacles,
 )
 from armsim_ros.errors import ArmsimError, ControllerError
 
@@ -191,28 +192,22 @@ class SwitchExecution:
         """
         Deactivate a controller that raised, and activate its fallback controllers.
 
-        All of its chain is deactivated with it, and active controllers that hold interfaces of
-        the fallback controllers.
+        All of its chain is deactivated with it, and what holds interfaces of the fallback
+        controllers.
         """
         text = f"'{failed.name}' failed and is deactivated: {error.__class__.__name__}: {error}"
         self._events.add(time_ns, 'error', 'failure', text)
         chain = [member for member in group_of(failed, controllers.values()) if member.active]
-        fallbacks = tuple(dict.fromkeys(
-            name for member in chain for name in member.fallback_controllers))
-        stopping = tuple(dict.fromkeys(
-            member.name for member in (*chain, *holders_of(fallbacks, controllers))))
-        failures: list[str] = []
-        try:
-            starting = plan_switch(
-                controllers, self._resources, fallbacks, stopping, strict=True).activate
-        except ControllerError as refusal:
-            starting, failures = (), [str(refusal)]
-        failures += self._switch(controllers, starting, stopping, time_ns, strict=True)
+        plan = plan_takeover(controllers, chain)
+        failures = takeover_obstacles(controllers, self._resources, plan)
+        starting = () if failures else plan.activate
+        failures += self._switch(controllers, starting, plan.deactivate, time_ns, strict=True)
         if failed.active:  # the hardware refuses the interfaces of the fallback controllers
-            failures += self._switch(controllers, (), stopping, time_ns, strict=True)
-        if fallbacks or failures:
-            result = '; '.join(failures) or f'active: {", ".join(starting)}'
-            self._events.add(time_ns, 'warning', 'state', f'fallback: {result}')
+            failures += self._switch(controllers, (), plan.deactivate, time_ns, strict=True)
+        active = [name for name in starting if controllers[name].active]
+        if results := [*plan.left_out, *failures,
+                       *([f'active: {", ".join(active)}'] if active else [])]:
+            self._events.add(time_ns, 'warning', 'state', f'fallback: {"; ".join(results)}')
 
     def follow_hardware(self, active: Sequence[Controller[Any]], time_ns: int) -> None:
         """Have the hardware follow active controllers, as far as their joints are not idle."""

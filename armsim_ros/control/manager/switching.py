@@ -18,7 +18,7 @@ from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.manager.manager_info import start_obstacle, stop_obstacle
+from armsim_ros.control.manager.manager_info import dependents, start_obstacle, stop_obstacle
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
 
@@ -59,16 +59,6 @@ def fallback_obstacle(
     return ''
 
 
-def holders_of(
-    names: Sequence[str], controllers: Mapping[str, Controller[Any]]
-) -> list[Controller[Any]]:
-    """Return the active controllers that hold command interfaces of the named ones."""
-    needed = {interface for name in names if name in controllers
-              for interface in controllers[name].required_command_interfaces}
-    return [controller for controller in controllers.values()
-            if controller.active and not needed.isdisjoint(controller.required_command_interfaces)]
-
-
 Controllers = Mapping[str, Controller[Any]]
 
 
@@ -98,6 +88,41 @@ class SwitchPlan:
     left_out: tuple[str, ...]
 
 
+def plan_takeover(controllers: Controllers, chain: Sequence[Controller[Any]]) -> SwitchPlan:
+    """
+    Return what the failure of a chain does: its fallback controllers take over.
+
+    Controllers that hold command interfaces of the fallback controllers are deactivated, and those
+    that depend on these.
+
+    :param chain: its active controllers.
+    """
+    left_out: list[str] = []
+    names = _loaded([name for member in chain for name in member.fallback_controllers],
+                    controllers, left_out)
+    starting = [controllers[name] for name in names
+                if not controllers[name].active or controllers[name] in chain]
+    needed = {interface for controller in starting
+              for interface in controller.required_command_interfaces}
+    others = [controller for controller in controllers.values()
+              if controller.active and controller not in chain]
+    holders = [controller for controller in others
+               if not needed.isdisjoint(controller.required_command_interfaces)]
+    stopping = (*chain, *holders, *dependents(holders, others))
+    return SwitchPlan(tuple(controller.name for controller in stopping),
+                      tuple(controller.name for controller in starting), tuple(left_out))
+
+
+def takeover_obstacles(
+    controllers: Controllers, resources: Resources, plan: SwitchPlan
+) -> list[str]:
+    """Return why fallback controllers cannot be activated, nothing where they all can."""
+    starting, stopping = plan.activate, plan.deactivate
+    problems = [text for name in starting
+                if (text := _start_obstacle(controllers, name, starting, stopping))]
+    return problems or list(_conflicts(controllers, resources, starting, stopping))
+
+
 def plan_switch(
     controllers: Controllers, resources: Resources, activate: Sequence[str],
     deactivate: Sequence[str], *, strict: bool
@@ -113,7 +138,8 @@ def plan_switch(
     if not strict and ((deactivate and not stopping) or (activate and not starting)):
         raise ControllerError('; '.join(problems))
     for name in tuple(starting):
-        if problem := _start_obstacle(controllers, resources, name, starting, stopping):
+        if problem := (_start_obstacle(controllers, name, starting, stopping)
+                       or fallback_obstacle(controllers[name], controllers, resources)):
             problems.append(problem)
             starting.remove(name)
     for name in tuple(stopping):
@@ -177,16 +203,14 @@ def _loaded(names: Sequence[str], controllers: Controllers, problems: list[str])
 
 
 def _start_obstacle(
-    controllers: Controllers, resources: Resources, name: str, starting: Sequence[str],
-    stopping: Sequence[str]
+    controllers: Controllers, name: str, starting: Sequence[str], stopping: Sequence[str]
 ) -> str:
     controller = controllers[name]
     if controller.active and name not in stopping:
         return f"'{name}' is active already"
     if controller.state not in (LifecycleState.ACTIVE, LifecycleState.INACTIVE):
         return f"'{name}' cannot be activated: it is {controller.state.value}, configure it first"
-    return (start_obstacle(controller, controllers.values(), starting, stopping)
-            or fallback_obstacle(controller, controllers, resources))
+    return start_obstacle(controller, controllers.values(), starting, stopping)
 
 
 def _stop_obstacle(

@@ -15,6 +15,7 @@ from armsim_ros.control.manager.switching import Strictness
 from armsim_ros.errors import ControllerError, SimulationError
 
 ARM = 'joint_trajectory_controller/JointTrajectoryController'
+BROADCASTER = 'joint_state_broadcaster/JointStateBroadcaster'
 FORWARD = 'forward_command_controller/ForwardCommandController'
 PID = 'pid_controller/PidController'
 LOOP = {'dof_names': ['a'], 'command_interface': 'velocity',
@@ -111,6 +112,92 @@ def test_a_failure_whose_fallback_is_gone(rig, monkeypatch):
     r.step(2)
     assert states(r) == {'arm': 'inactive'}
     assert any("'spare'" in text for text in r.texts())
+
+
+def test_a_fallback_that_is_active_already(rig, monkeypatch):
+    """
+    A fallback that is active stays so, with what is active through it, and the others start.
+
+    Upstream: controller_manager.cpp, ControllerManager::update.
+    """
+    r = rig()
+    r.load('states', BROADCASTER)
+    r.load('loop', PID, **LOOP)
+    r.load('stream', FORWARD, joints=['loop/a'], interface_name='position')
+    r.load('spare', FORWARD, joints=['b'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['states', 'loop', 'spare'], joints=['b'])
+    assert r.manager.switch(['states', 'loop', 'stream', 'arm']).ok
+    r.step()
+    r.texts()
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'states': 'active', 'stream': 'active', 'loop': 'active',
+                         'spare': 'active', 'arm': 'inactive'}
+    assert not any(name in text for text in r.texts() for name in ('states', 'loop', 'stream'))
+
+
+def test_a_fallback_of_several_is_gone(rig, monkeypatch):
+    """
+    A fallback that is not loaded any more is left out, with an event, and the others start.
+
+    Upstream: controller_manager.cpp, ControllerManager::update and activate_controllers.
+    """
+    r = rig()
+    r.load('gone', FORWARD, joints=['b'], interface_name='position')
+    r.load('spare', FORWARD, joints=['a'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['gone', 'spare'], joints=['a'])
+    assert r.manager.switch(['arm']).ok
+    r.manager.unload('gone')
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'spare': 'active', 'arm': 'inactive'}
+    assert any("no controller 'gone'" in text and 'active: spare' in text for text in r.texts())
+
+
+def test_a_fallback_takes_over_from_a_chain(rig, monkeypatch):
+    """What writes to a controller that holds the interfaces is deactivated with it."""
+    r = rig()
+    r.load('loop', PID, **LOOP)
+    r.load('stream', FORWARD, joints=['loop/a'], interface_name='position')
+    r.load('spare', FORWARD, joints=['a', 'b'], interface_name='velocity')
+    arm = load(r, 'arm', ARM, ['spare'], joints=['b'])
+    assert r.manager.switch(['loop', 'stream', 'arm']).ok
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {
+        'stream': 'inactive', 'loop': 'inactive', 'spare': 'active', 'arm': 'inactive'}
+
+
+def test_a_fallback_that_writes_to_the_failed_chain(rig, monkeypatch):
+    """
+    A following controller that is a fallback itself starts anew, with the new writer.
+
+    Upstream: controller_manager.cpp, ControllerManager::update.
+    """
+    r = rig()
+    loop = r.load('loop', PID, **LOOP)
+    r.load('spare', FORWARD, joints=['loop/a'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['spare', 'loop'], joints=['a'], command_joints=['loop/a'])
+    assert r.manager.switch(['loop', 'arm']).ok
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'spare': 'active', 'loop': 'active', 'arm': 'inactive'}
+    assert loop.chained
+
+
+def test_the_fallbacks_of_a_fallback_do_not_matter(rig, monkeypatch):
+    """
+    A fallback takes over even if its own fallback could not.
+
+    Upstream: controller_manager.cpp, ControllerManager::update.
+    """
+    r = rig()
+    load(r, 'spare', FORWARD, ['gone'], joints=['a'], interface_name='position')
+    arm = load(r, 'arm', ARM, ['spare'], joints=['a'])
+    assert r.manager.switch(['arm']).ok
+    break_it(monkeypatch, arm)
+    r.step(2)
+    assert states(r) == {'spare': 'active', 'arm': 'inactive'}
 
 
 def test_a_failure_whose_fallback_the_hardware_refuses(rig, monkeypatch):
