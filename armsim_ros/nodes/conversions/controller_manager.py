@@ -39,8 +39,8 @@ def state_message(label: str) -> State:
 
 
 def state_label(message: State) -> str:
-    """Return the name of a state; clients fill in either its label or its number."""
-    return message.label or _LABELS.get(message.id, 'unknown')
+    """Return the name of a state: its number's, or where that is 0 its label."""
+    return _LABELS.get(message.id, 'unknown') if message.id else message.label or 'unknown'
 
 
 DATA_TYPE = 'double'

@@ -336,11 +336,16 @@ def test_activity_at_every_change(bench: Bench, arm: TrajectoryController) -> No
 @statement('P1')
 @upstream('selective_activate_deactivate_components_set_state')
 def test_hardware_states(bench: Bench) -> None:
-    """An unknown component is refused; the robot's can rest and work again, steps between."""
+    """
+    An unknown component is refused; the robot's can rest and work again, steps between.
+
+    A state is given by its label, or by its number, which counts before the label.
+    """
     service = bench.name('controller_manager/set_hardware_component_state')
 
-    def become(name: str, label: str) -> Any:
-        request = SetHardwareComponentState.Request(name=name, target_state=State(label=label))
+    def become(name: str, label: str, number: int = State.PRIMARY_STATE_UNKNOWN) -> Any:
+        request = SetHardwareComponentState.Request(
+            name=name, target_state=State(id=number, label=label))
         return bench.client.call(service, SetHardwareComponentState, request)
 
     bench.activate()
@@ -352,7 +357,7 @@ def test_hardware_states(bench: Bench) -> None:
         assert down.state.label == 'unconfigured'
         assert not bench.manager.switch(activate=['arm']).ok
     finally:
-        up = become(component.name, 'active')
+        up = become(component.name, 'inactive', State.PRIMARY_STATE_ACTIVE)
     assert up.ok
     assert up.state.label == 'active'
     c = bench.use('arm')
@@ -370,7 +375,7 @@ def test_diagnostics_have_the_names_of_the_reference(bench: Bench) -> None:
         'Controllers Activity', 'Hardware Components Activity', 'Controller Manager Activity'
     } <= set(statuses)
     states = {v.key: v.value for v in statuses['Controllers Activity'].values}
-    assert states[BROADCASTER] == 'active'
+    assert states[f'{BROADCASTER}.state'] == 'active'
     loop = {v.key for v in statuses['Controller Manager Activity'].values}
     assert {'overruns', 'real_time_factor'} <= loop
 
