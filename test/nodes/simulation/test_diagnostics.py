@@ -34,7 +34,6 @@ class Stage:
             get_subscription_count=lambda: 1, publish=self.sent.append)
         node: Any = SimpleNamespace(
             create_publisher=lambda *words: publisher,
-            get_fully_qualified_name=lambda: '/controller_manager',
             get_logger=lambda: SimpleNamespace(warning=self.lines.append))
         manager: Any = SimpleNamespace(
             list_controllers=lambda: self.states(self.controllers),
@@ -120,6 +119,22 @@ def test_levels_of_controllers_and_hardware(
     found = stage.published()
     assert found['Controllers Activity'].level == levels[0]
     assert found['Hardware Components Activity'].level == levels[1]
+
+
+def test_the_names_of_values_are_those_of_upstream(stage: Stage) -> None:
+    """
+    The hardware is ros2_control, and states of controllers and components have a suffix.
+
+    Upstream: controller_manager.cpp, init_controller_manager,
+    controller_activity_diagnostic_callback and hardware_components_diagnostic_callback.
+    """
+    stage.controllers = {'arm': 'active', 'spare': 'inactive'}
+    found = stage.published()
+    assert {status.hardware_id for status in found.values()} == {'ros2_control'}
+    assert {value.key: value.value for value in found['Controllers Activity'].values} == {
+        'arm.state': 'active', 'spare.state': 'inactive'}
+    assert {value.key: value.value for value in found['Hardware Components Activity'].values} == {
+        'Arm.state': 'active'}
 
 
 def test_a_stopped_arm_is_an_error_with_its_cause(stage: Stage) -> None:

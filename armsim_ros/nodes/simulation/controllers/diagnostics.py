@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 
 from controller_manager_msgs.msg import ControllerManagerActivity
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -13,6 +13,8 @@ from rclpy.node import Node
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.faults import FaultInjector
 from armsim_ros.control.manager.controller_manager import ControllerManager
+from armsim_ros.control.manager.manager_info import ControllerInfo
+from armsim_ros.control.manager.resources import HardwareComponentInfo
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.controller_manager import activity_message
 from armsim_ros.nodes.conversions.time import fill_time
@@ -64,11 +66,10 @@ class Diagnostics:
                 f'{parameters.update_rate} Hz: {lost_ns * 1e-6:.1f} ms were given up')
 
     def _controllers(self) -> DiagnosticStatus:
-        states = {info.name: info.state for info in self._manager.list_controllers()}
-        idle = [name for name, state in states.items() if state != 'active']
-        level, text = _OK, 'Not all controllers are active' if idle else (
-            'All controllers are active')
-        if not any(info.state == 'active' for info in self._manager.list_hardware_components()):
+        states = _states(self._manager.list_controllers())
+        level, text = _OK, 'All controllers are active' if _all_active(states) else (
+            'Not all controllers are active')
+        if 'active' not in _states(self._manager.list_hardware_components()).values():
             level, text = _ERROR, (
                 'No hardware components are currently active to activate controllers')
         elif not states:
@@ -76,14 +77,12 @@ class Diagnostics:
         return self._status('Controllers Activity', text, states, level)
 
     def _hardware(self) -> DiagnosticStatus:
-        states = {info.name: info.state for info in self._manager.list_hardware_components()}
-        active = [name for name, state in states.items() if state == 'active']
-        if not active:
-            return self._status('Hardware Components Activity',
-                                'No hardware components are currently active', states, _WARN)
-        text = 'All hardware components are active' if len(active) == len(states) else (
+        states = _states(self._manager.list_hardware_components())
+        level, text = _OK, 'All hardware components are active' if _all_active(states) else (
             'Not all hardware components are active')
-        return self._status('Hardware Components Activity', text, states)
+        if 'active' not in states.values():
+            level, text = _WARN, 'No hardware components are currently active'
+        return self._status('Hardware Components Activity', text, states, level)
 
     def _safety(self) -> DiagnosticStatus:
         arm = self._manager.arm
@@ -135,8 +134,17 @@ class Diagnostics:
     ) -> DiagnosticStatus:
         return DiagnosticStatus(
             level=level, name=f'{self._name}: {task}', message=text,
-            hardware_id=self._node.get_fully_qualified_name(),
+            hardware_id='ros2_control',
             values=[KeyValue(key=key, value=value) for key, value in values.items()])
+
+
+def _states(infos: Iterable[ControllerInfo | HardwareComponentInfo]) -> dict[str, str]:
+    """Return the values that report states."""
+    return {f'{info.name}.state': info.state for info in infos}
+
+
+def _all_active(states: Mapping[str, str]) -> bool:
+    return all(state == 'active' for state in states.values())
 
 
 class Activity:
