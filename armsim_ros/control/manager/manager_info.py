@@ -234,15 +234,15 @@ def interface_infos(
                for interface in controller.required_command_interfaces}
     exported = {name for controller in active for name in controller.exported_states}
     own = {name for controller in controllers for name in controller.exported_states}
-    commands = [*_names(hardware.command_interfaces.items()),
-                *(name for system in systems for name in system.other_commands)]
+    of_hardware = [*_names(hardware.command_interfaces.items()),
+                   *(name for system in systems for name in system.other_commands)]
+    commands = [*((name, name.rpartition('/')[0] not in unavailable) for name in of_hardware),
+                *((name, controller.active) for controller in controllers
+                  for name in controller.reference_interfaces if name in hardware.references)]
     states = [*_names(hardware.state_interfaces.items()), *hardware.other_states]
     return (
-        [InterfaceInfo(name, name.rpartition('/')[0] not in unavailable, name in claimed)
-         for name in commands]
-        + [InterfaceInfo(name, controller.active, name in claimed)
-           for controller in controllers for name in controller.reference_interfaces
-           if name in hardware.references],
+        [InterfaceInfo(name, available, available and name in claimed)
+         for name, available in commands],
         [InterfaceInfo(name, name in exported if name in own
                        else name.rpartition('/')[0] not in unavailable, False)
          for name in states])

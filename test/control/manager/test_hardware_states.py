@@ -60,6 +60,37 @@ def test_interfaces_are_available_from_configured_hardware_on(rig, state, expect
     assert available(r) == expected
 
 
+def test_interfaces_of_unconfigured_hardware_are_not_claimed(rig):
+    """
+    A controller of hardware that is not configured claims nothing until it is again.
+
+    resource_manager.cpp, ResourceManager::command_interface_is_claimed.
+    """
+    r = rig()
+    arm = r.arm(joints=['a'])
+
+    def claimed():
+        return [one.name for one in r.manager.list_hardware_interfaces()[0] if one.is_claimed]
+
+    r.manager.set_hardware_component_state('rig', 'unconfigured')
+    r.step()
+    assert claimed() == []
+    assert arm.active
+    r.manager.set_hardware_component_state('rig', 'active')
+    r.step()
+    assert claimed() == ['a/position']
+
+
+def test_a_controller_of_unconfigured_hardware_can_be_deactivated(rig):
+    """Its joints hold already; upstream refuses the mode switch."""
+    r = rig()
+    arm = r.arm()
+    r.manager.set_hardware_component_state('rig', 'unconfigured')
+    r.step()
+    assert r.manager.switch(deactivate=['arm']).ok
+    assert not arm.active
+
+
 @pytest.mark.parametrize('strictness', [Strictness.STRICT, Strictness.BEST_EFFORT])
 @pytest.mark.parametrize('state', ['inactive', 'unconfigured'])
 def test_hardware_that_is_not_active_refuses_controllers(rig, state, strictness):
