@@ -102,6 +102,25 @@ def test_without_its_program_the_arm_has_no_active_controllers(sim, end):
     sim.execute(JointTrajectory(JOINTS, np.array([1.0]), rest[None], np.zeros((1, 6))))
 
 
+def test_what_reads_states_of_a_controller_of_the_arm_is_set_aside_with_it(sim):
+    """A program that stops leaves no controller active that reads states of another's."""
+    sim.manager.load(SimpleNamespace(name='loop', type='pid_controller/PidController', parameters={
+        'dof_names': ['joint_1'], 'command_interface': 'velocity',
+        'reference_and_state_interfaces': ['position'], 'gains': {'joint_1': {'p': 1.0}}}))
+    sim.manager.load(SimpleNamespace(
+        name='reader', type='joint_state_broadcaster/JointStateBroadcaster', parameters={
+            'joints': ['loop/joint_1'], 'interfaces': ['position']}))
+    for name in ('loop', 'reader'):
+        sim.manager.configure(name)
+    assert sim.manager.switch(['loop', 'reader'], [ARM]).ok
+    sim.manager.arm.stop_program()
+    sim.step(2)
+    assert {states(sim)[name] for name in ('loop', 'reader')} == {'inactive'}
+    assert sim.manager.arm.play() == ''
+    sim.step(2)
+    assert {states(sim)[name] for name in ('loop', 'reader')} == {'active'}
+
+
 def test_what_becomes_active_before_the_program_runs_is_set_aside():
     """HW-C6: With a program that is to be played first, controllers wait inactive for it."""
     sim = ArmSim('sunday', overrides={
