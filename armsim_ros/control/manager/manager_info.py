@@ -20,12 +20,14 @@ Connections = dict[str, tuple[str, ...]]
 
 def writes_to(first: AnyController, other: AnyController) -> bool:
     """Return whether a controller writes to references of another."""
-    return not set(first.required_command_interfaces).isdisjoint(other.reference_interfaces)
+    offered = other.reference_interfaces
+    return bool(offered) and not set(offered).isdisjoint(first.required_command_interfaces)
 
 
 def reads_from(first: AnyController, other: AnyController) -> bool:
     """Return whether a controller reads states that another exports."""
-    return not set(first.required_state_interfaces).isdisjoint(other.exported_states)
+    offered = other.exported_states
+    return bool(offered) and not set(offered).isdisjoint(first.required_state_interfaces)
 
 
 def depends_on(first: AnyController, other: AnyController) -> bool:
