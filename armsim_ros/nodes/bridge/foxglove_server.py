@@ -288,10 +288,10 @@ class FoxgloveServer(ServerListener):
 
     def _deliver(self, batch: Batch) -> None:
         now = time.time_ns()
-        for name, raw in batch:
+        for name, message in batch:
             topic = self._topics.get(name)
             if topic is not None:
-                content = bytes(raw)
+                content = bytes(message.raw)
                 if topic.is_latched:
                     topic.newest = content
                 topic.channel.log(content, log_time=now)

@@ -255,6 +255,11 @@ class BridgeLink(RosClient):
             return []
         return sorted({f'{end.node_namespace.rstrip("/")}/{end.node_name}' for end in found})
 
+    def publishers(self, topic: str) -> set[bytes]:
+        """Return the GIDs of a topic's publishers."""
+        return {bytes(info.endpoint_gid)
+                for info in self.node.get_publishers_info_by_topic(topic)}
+
     def matching_profile(self, topic: str) -> QoSProfile:
         """Return what a subscription may ask for so that every publisher of a topic matches."""
         offered = [info.qos_profile for info in self.node.get_publishers_info_by_topic(topic)]

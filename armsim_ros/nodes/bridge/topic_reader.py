@@ -18,7 +18,7 @@ from contextlib import ExitStack
 import ctypes
 from functools import cache, partial
 import threading
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rclpy.exceptions import InvalidHandle
@@ -39,8 +39,25 @@ _END = 5.0
 _COPIED_ASIDE = 1 << 20
 _OK, _NOTHING = 0, 401
 _Pointer = ctypes.c_void_p
+_GID_SIZE = 16
 
-Batch = list[tuple[Any, bytes | memoryview]]
+
+class Received(NamedTuple):
+    """
+    A message that was received.
+
+    :param raw: its serialized form (CDR).
+    :param publisher: the publisher's GID.
+    :param number: of the publication; each publisher counts its own.
+    """
+
+    raw: bytes | memoryview
+    publisher: bytes
+    number: int
+
+
+#: The keys of subscriptions with their messages, in order of reception.
+Batch = list[tuple[Any, Received]]
 
 
 class TopicReader:
@@ -64,7 +81,7 @@ class TopicReader:
         self._subscriptions: dict[Any, Subscription] = {}
         self._work: deque[Callable[[], None]] = deque()
         self._lock = threading.Lock()
-        self._read: dict[Any, deque[tuple[int, bytes | memoryview]]] = {}
+        self._read: dict[Any, deque[tuple[int, Received]]] = {}
         self._small: set[Any] = set()
         self._busy: set[Any] = set()
         self._aside = ThreadPoolExecutor(2, 'large topics')
@@ -183,16 +200,17 @@ class TopicReader:
     def _take(self, key: Any, subscription: Subscription) -> None:
         """Read what has come; of what the other thread has not taken, the newest is kept."""
         for _ in range(max(subscription.qos_profile.depth, 1)):
-            raw = take(subscription.handle)
-            if raw is None:
+            message = take(subscription.handle)
+            if message is None:
                 break
-            (self._small.discard if len(raw) >= LARGE else self._small.add)(key)
+            is_large = len(message.raw) >= LARGE
+            (self._small.discard if is_large else self._small.add)(key)
             with self._lock:
                 waiting = self._read.setdefault(key, deque())
-                if len(waiting) >= (MOST_LARGE if len(raw) >= LARGE else MOST_SMALL):
+                if len(waiting) >= (MOST_LARGE if is_large else MOST_SMALL):
                     waiting.popleft()
                 self._count += 1
-                waiting.append((self._count, raw))
+                waiting.append((self._count, message))
                 schedule, self._scheduled = not self._scheduled, True
             if schedule:
                 self._link.schedule(self._hand_over)
@@ -200,8 +218,9 @@ class TopicReader:
     def _hand_over(self) -> None:
         with self._lock:
             read, self._read, self._scheduled = self._read, {}, False
-        self._deliver([(key, raw) for _, key, raw in sorted(
-            (number, key, raw) for key, waiting in read.items() for number, raw in waiting)])
+        self._deliver([(key, message) for _, key, message in sorted(
+            (count, key, message) for key, waiting in read.items()
+            for count, message in waiting)])
 
 
 def _may_be_large(kind: type[Any]) -> bool:
@@ -224,17 +243,28 @@ class _Bytes(ctypes.Structure):
                 ('allocator', _Allocator))
 
 
+class _MessageInfo(ctypes.Structure):
+    """``rmw_message_info_t``."""
+
+    _fields_ = (('source_timestamp', ctypes.c_int64), ('received_timestamp', ctypes.c_int64),
+                ('publication_sequence_number', ctypes.c_uint64),
+                ('reception_sequence_number', ctypes.c_uint64),
+                ('implementation_identifier', _Pointer),
+                ('publisher_gid', ctypes.c_uint8 * _GID_SIZE),
+                ('from_intra_process', ctypes.c_bool))
+
+
 @cache
 def _libraries() -> tuple[Any, Any]:
     """Return rcl and rcutils, which rclpy has loaded."""
     rcl, rcutils = ctypes.CDLL('librcl.so'), ctypes.CDLL('librcutils.so')
-    rcl.rcl_take_serialized_message.argtypes = [_Pointer, ctypes.POINTER(_Bytes), _Pointer,
-                                                _Pointer]
+    rcl.rcl_take_serialized_message.argtypes = [_Pointer, ctypes.POINTER(_Bytes),
+                                                ctypes.POINTER(_MessageInfo), _Pointer]
     rcutils.rcutils_get_default_allocator.restype = _Allocator
     return rcl, rcutils
 
 
-def take(handle: Any) -> bytes | memoryview | None:
+def take(handle: Any) -> Received | None:
     """
     Return the next message of a subscription, None where there is none.
 
@@ -242,18 +272,24 @@ def take(handle: Any) -> bytes | memoryview | None:
     :raises RuntimeError: the middleware failed.
     """
     rcl, rcutils = _libraries()
-    found = _Bytes(allocator=rcutils.rcutils_get_default_allocator())
-    status = rcl.rcl_take_serialized_message(handle.pointer, ctypes.byref(found), None, None)
+    found, info = _Bytes(allocator=rcutils.rcutils_get_default_allocator()), _MessageInfo()
+    status = rcl.rcl_take_serialized_message(
+        handle.pointer, ctypes.byref(found), ctypes.byref(info), None)
     try:
         if status == _NOTHING:
             return None
         if status != _OK:
             raise RuntimeError(f'rcl_take_serialized_message failed with {status}')
-        if found.length < _COPIED_ASIDE:
-            return ctypes.string_at(found.buffer, found.length)
-        place = ctypes.cast(found.buffer, ctypes.POINTER(ctypes.c_uint8))
-        return np.ctypeslib.as_array(place, (found.length,)).copy().data
+        return Received(_copied(found), bytes(info.publisher_gid),
+                        info.publication_sequence_number)
     finally:
         if status != _OK:
             rcutils.rcutils_reset_error()
         rcutils.rcutils_uint8_array_fini(ctypes.byref(found))
+
+
+def _copied(found: _Bytes) -> bytes | memoryview:
+    if found.length < _COPIED_ASIDE:
+        return ctypes.string_at(found.buffer, found.length)
+    place = ctypes.cast(found.buffer, ctypes.POINTER(ctypes.c_uint8))
+    return np.ctypeslib.as_array(place, (found.length,)).copy().data

@@ -18,12 +18,14 @@ from armsim_ros.nodes.bridge.incoming import serialized_of
 from armsim_ros.nodes.bridge.interfaces import full_name, Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.message_fields import type_name
-from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
+from armsim_ros.nodes.bridge.topic_reader import Batch, Received, TopicReader
 
 #: From the strongest on: where several are requested, the first of them is used.
 COMPRESSIONS = ('cbor-raw', 'cbor', 'png', 'none')
 #: How often changes of the publishers are noticed [s].
 _RENEWAL = 0.5
+#: RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED: the middleware does not number publications.
+_NO_NUMBER = (1 << 64) - 1
 
 
 @dataclass(frozen=True)
@@ -113,15 +115,50 @@ class Stream:
         self.topic, self.type_name, self.kind = topic, type_name, kind
         self.profile = profile
         self.listeners: dict[Listener, None] = {}
-        self.kept: deque[Sample] = deque()
-        self.publishers = 1
+        self._latched: dict[bytes, Sample] = {}
+        self._numbers: dict[bytes, int] = {}
+        self._absent: set[bytes] = set()
 
-    def keep(self, sample: Sample) -> None:
-        """Keep the newest sample of each publisher of a latched topic for later listeners."""
-        if self.profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL:
-            while len(self.kept) >= max(1, self.publishers):
-                self.kept.popleft()
-            self.kept.append(sample)
+    def offer(self, message: Received, stamp: tuple[int, int], now: float) -> None:
+        """
+        Offer a message to all listeners, unless a new subscription has received it again.
+
+        :param stamp: seconds and nanoseconds of the ROS clock.
+        :param now: time of the event loop [s].
+        """
+        sample = Sample(self.kind, message.raw, stamp)
+        if _is_latched(self.profile):
+            self._latched[message.publisher] = sample
+        if message.number <= self._numbers.get(message.publisher, 0):
+            return
+        if message.number != _NO_NUMBER:
+            self._numbers[message.publisher] = message.number
+        for listener in self.listeners:
+            listener.offer(sample, now)
+
+    def offer_latched(self, listener: Listener, now: float) -> None:
+        """
+        Offer a listener the newest message of each publisher of a latched topic.
+
+        :param now: time of the event loop [s].
+        """
+        for sample in self._latched.values():
+            listener.offer(sample, now)
+
+    def renew(self, profile: QoSProfile) -> None:
+        """Note that the subscription is made anew; what was received before counts on."""
+        self.profile = profile
+        if not _is_latched(profile):
+            self._latched.clear()
+
+    def forget_others(self, publishers: set[bytes]) -> None:
+        """Forget publishers that are missing twice in a row: the graph may lag behind."""
+        absent = self._numbers.keys() | self._latched.keys()
+        absent -= publishers
+        for publisher in absent & self._absent:
+            self._numbers.pop(publisher, None)
+            self._latched.pop(publisher, None)
+        self._absent = absent
 
 
 class Topics:
@@ -151,16 +188,13 @@ class Topics:
         if topic in own:
             stream, listener = own[topic]
             _check_type(stream.type_name, type_name)
-            listener.change(message.get('id'), options)
-            return
-        stream = await self._stream(name, type_name)
-        listener = Listener(client, topic)
+        else:
+            stream = await self._stream(name, type_name)
+            listener = Listener(client, topic)
+            stream.listeners[listener] = None
+            own[topic] = stream, listener
         listener.change(message.get('id'), options)
-        stream.listeners[listener] = None
-        own[topic] = stream, listener
-        now = asyncio.get_running_loop().time()
-        for sample in stream.kept:
-            listener.offer(sample, now)
+        stream.offer_latched(listener, asyncio.get_running_loop().time())
 
     async def unsubscribe(self, client: Client, message: dict[str, Any]) -> None:
         """Serve ``unsubscribe``; without an id, of all ids."""
@@ -209,7 +243,6 @@ class Topics:
         if present:
             _check_type(', '.join(present), type_name)
         stream = Stream(name, type_name, kind, self._link.matching_profile(name))
-        stream.publishers = self._link.node.count_publishers(name)
         self._streams[name] = stream
         await asyncio.wrap_future(self._reader.add(name, kind, name, stream.profile))
         if self._renewal is None or self._renewal.done():
@@ -222,21 +255,22 @@ class Topics:
             await asyncio.sleep(_RENEWAL)
             for stream in list(self._streams.values()):
                 profile = self._link.matching_profile(stream.topic)
-                stream.publishers = self._link.node.count_publishers(stream.topic)
-                if profile != stream.profile and stream.publishers:
-                    stream.profile = profile
-                    stream.kept.clear()
+                publishers = self._link.publishers(stream.topic)
+                stream.forget_others(publishers)
+                if profile != stream.profile and publishers:
+                    stream.renew(profile)
                     self._reader.add(stream.topic, stream.kind, stream.topic, profile)
 
     def _deliver(self, batch: Batch) -> None:
         now, stamp = asyncio.get_running_loop().time(), self._link.now()
-        for key, raw in batch:
+        for key, message in batch:
             stream = self._streams.get(key)
             if stream is not None:
-                sample = Sample(stream.kind, raw, stamp)
-                stream.keep(sample)
-                for listener in stream.listeners:
-                    listener.offer(sample, now)
+                stream.offer(message, stamp, now)
+
+
+def _is_latched(profile: QoSProfile) -> bool:
+    return bool(profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def _options(message: dict[str, Any]) -> Options:

@@ -66,6 +66,57 @@ def test_a_latched_topic_reaches_each_new_subscriber_at_once(talk, peer):
         assert client.receive()['msg'] == {'data': '<robot/>'}
 
 
+def test_a_second_subscription_of_a_client_gets_a_latched_message_again(talk, peer):
+    """
+    A client's objects for one topic each have an id, and each waits for the message.
+
+    Re-enacts rosbridge_suite's subscribe.py, Subscription.subscribe.
+    """
+    publisher = peer.create_publisher(String, '/twice', LATCHED)
+    publisher.publish(String(data='<robot/>'))
+    client = talk()
+    for key in ('subscribe:/twice:1', 'subscribe:/twice:2'):
+        client.send('subscribe', topic='/twice', type='std_msgs/String', id=key)
+        assert client.receive()['msg'] == {'data': '<robot/>'}
+
+
+def test_a_late_client_gets_the_latched_message_of_each_publisher(talk, peer):
+    """Also where another has published since."""
+    first, second = (peer.create_publisher(String, '/several', LATCHED) for _ in range(2))
+    early, late = talk(), talk()
+    early.send('subscribe', topic='/several', type='std_msgs/String')
+    for publisher, word in ((first, 'robot'), (second, 'camera 1'), (second, 'camera 2')):
+        publisher.publish(String(data=word))
+        while early.receive()['msg']['data'] != word:
+            pass
+    late.send('subscribe', topic='/several', type='std_msgs/String')
+    assert {late.receive()['msg']['data'] for _ in range(2)} == {'robot', 'camera 2'}
+
+
+def test_a_subscription_gets_each_message_of_a_later_publisher_once(talk, peer):
+    """
+    A client's publisher offers its last second again when the subscription follows it.
+
+    Re-enacts rosbridge_suite's subscribers.py, MultiSubscriber, which subscribes once.
+    """
+    reader, writer = talk(), talk()
+    reader.send('subscribe', topic='/cmd', type='std_msgs/String')
+    reader.settle()
+    writer.send('advertise', topic='/cmd', type='std_msgs/String')
+    for word in ('go', 'stop'):
+        writer.send('publish', topic='/cmd', msg={'data': word})
+    words = [reader.receive()['msg']['data'] for _ in range(2)]
+    deadline = time.monotonic() + 10.0
+    while not any(end.qos_profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+                  for end in peer.get_subscriptions_info_by_topic('/cmd')):
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.02)
+    writer.send('publish', topic='/cmd', msg={'data': 'end'})
+    while words[-1] != 'end':
+        words.append(reader.receive()['msg']['data'])
+    assert words == ['go', 'stop', 'end']
+
+
 def test_a_publication_right_after_advertise_arrives(talk, peer):
     """A subscriber that the bridge knows gets it, though its connection is only being made."""
     got, arrived = [], threading.Event()
