@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import time
 from typing import Any
 
+from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import Log
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
@@ -46,7 +47,9 @@ class ServiceCalls:
         """Serve ``call_service``."""
         service = message['service']
         name = self._link.expand(service, service=True)
-        patience = float(message.get('timeout') or self._patience)
+        given = message.get('timeout')
+        # As roslib documents it: a non-positive value means no timeout.
+        patience = self._patience if given is None else max(0.0, given)
         try:
             response = await asyncio.wait_for(self._response(name, message.get('args')),
                                               patience or None)
@@ -84,12 +87,19 @@ def _with_old_names(values: Any) -> Any:
 
 @dataclass(eq=False)
 class Goal:
-    """A goal that has not ended."""
+    """A goal that has not ended; without ``run`` it waits for its server."""
 
     client: Client
     action: str
     key: Any
-    run: GoalRun
+    run: GoalRun | None = None
+    is_canceled: bool = False
+
+    def cancel(self) -> None:
+        """Cancel the goal, or keep it from being sent."""
+        self.is_canceled = True
+        if self.run is not None:
+            self.run.cancel()
 
 
 class Goals:
@@ -123,13 +133,13 @@ class Goals:
         if not found:
             raise RefusalError(f'no goal with id {key!r} is under way', Level.WARNING)
         for goal in found:
-            goal.run.cancel()
+            goal.cancel()
 
     def drop(self, client: Client) -> None:
         """Let the goals of a client go on without it, for a while within reach of others."""
         for goal in [each for each in self._goals if each.client is client]:
             if self._cancel_on_disconnect:
-                goal.run.cancel()
+                goal.cancel()
             asyncio.get_running_loop().call_later(_MEMORY, self._goals.discard, goal)
 
     def close(self) -> None:
@@ -139,29 +149,40 @@ class Goals:
 
     async def send(self, client: Client, message: dict[str, Any]) -> None:
         """Serve ``send_action_goal`` until the goal has ended."""
-        action = self._link.expand(message['action'])
+        goal = Goal(client, self._link.expand(message['action']), message.get('id'))
+        self._goals.add(goal)
+        try:
+            status, result = await self._end_of(goal, message)
+        finally:
+            self._goals.discard(goal)
+        await client.answer(message, {
+            'op': 'action_result', 'action': message['action'], 'status': status,
+            'result': True}, result)
+
+    async def _end_of(self, goal: Goal, message: dict[str, Any]) -> tuple[int, Any]:
+        """
+        Send a goal and return its status and result.
+
+        :raises RefusalError: there is no server, or it rejects the goal.
+        """
+        client, action = goal.client, goal.action
         kind = await self._link.load(message['action_type'], 'action')
         request = await message_of(kind.Goal, message.get('args') or {}, self._link.now)
         await self._link.wait_for_action(kind, action)
+        if goal.is_canceled:
+            return GoalStatus.STATUS_CANCELED, kind.Result()
         feedback = None
         if message.get('feedback'):
             def feedback(values: Any) -> None:
                 self._link.schedule(lambda: client.start(client.answer(
                     message, {'op': 'action_feedback', 'action': message['action']}, values)))
         sent = time.time_ns()
-        run = self._link.goal(kind, action, request, feedback)
-        goal = Goal(client, action, message.get('id'), run)
-        self._goals.add(goal)
-        try:
-            found = await self._outcome(kind, action, run)
-        finally:
-            self._goals.discard(goal)
+        goal.run = self._link.goal(kind, action, request, feedback)
+        found = await self._outcome(kind, action, goal.run)
         if found is None:
             reason = await logged_error(self._link, action, sent)
             raise RefusalError(f'{_REJECTED}: {reason}' if reason else _REJECTED)
-        await client.answer(message, {
-            'op': 'action_result', 'action': message['action'], 'status': found.status,
-            'result': True}, found.result)
+        return found.status, found.result
 
     async def _outcome(self, kind: type[Any], action: str, run: GoalRun) -> Any:
         waiting = asyncio.wrap_future(run.result)

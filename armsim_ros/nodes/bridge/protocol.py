@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Mapping
 import traceback
 from typing import Any
@@ -100,6 +101,7 @@ class Protocol:
             client.start(work)
         elif message.get('op') == 'send_action_goal':
             self._goals.start(work)
+            await asyncio.sleep(0)  # it is known before the client's next message cancels it
         else:
             await work
 
