@@ -120,13 +120,17 @@ class Advertised(ABC):
                 return served, key
         raise RefusalError(f'no request with id {key[:100]!r} waits', Level.WARNING)
 
+    def _succeeded(self, message: dict[str, Any]) -> bool:
+        """Return whether an answer holds values; null counts as missing."""
+        return message.get('result') is not False
+
     async def _answer(self, client: Client, message: dict[str, Any], part: str) -> None:
         """Let what waits go on, with status and message, or None where the client failed."""
         served, key = self._find(client, message)
         _, waiting = served.requests.pop(key)
         answer = None
         try:
-            if message.get('result', True):
+            if self._succeeded(message):
                 answer = message.get('status', GoalStatus.STATUS_SUCCEEDED), await message_of(
                     getattr(served.kind, part), message.get('values') or {}, self._link.now)
         finally:
@@ -178,6 +182,10 @@ class AdvertisedServices(Advertised):
     async def respond(self, client: Client, message: dict[str, Any]) -> None:
         """Serve ``service_response``; the caller gets default values where it does not fit."""
         await self._answer(client, message, 'Response')
+
+    def _succeeded(self, message: dict[str, Any]) -> bool:
+        # A response that reports a failure has values, too.
+        return bool(message.get('values')) or super()._succeeded(message)
 
     def _make(self, served: Served, name: str) -> Callable[[], Any]:
         async def respond(request: Any, response: Any) -> Any:

@@ -116,6 +116,30 @@ def test_a_service_belongs_to_its_client():
     asyncio.run(run())
 
 
+@pytest.mark.parametrize(('answer', 'expected'), [
+    ({'result': True, 'values': {'message': 'open'}}, 'open'),
+    ({'result': False, 'values': {'message': 'the door is open'}}, 'the door is open'),
+    ({'result': None, 'values': {'message': 'no result'}}, 'no result'),
+    ({'result': False, 'values': {}}, ''), ({'result': False}, ''),
+], ids=['success', 'failure', 'null', 'failure with nothing', 'failure alone'])
+def test_a_response_has_the_values_of_its_client(answer, expected):
+    """
+    Whatever its result; roslibpy sends what the callback has returned, which may be nothing.
+
+    Re-enacts rosbridge_suite's service_response.py, ServiceResponse.service_response.
+    """
+    async def run():
+        link, client = Link(), Client()
+        services = AdvertisedServices(link, 0.0)
+        await services.advertise(client, {'service': '/mine', 'type': 'std_srvs/SetBool'})
+        waiting = asyncio.ensure_future(
+            link.callbacks[0](SetBool.Request(data=True), SetBool.Response()))
+        await services.respond(client, {'id': (await client.sent.get())['id'], **answer})
+        assert (await waiting).message == expected
+
+    asyncio.run(run())
+
+
 def test_a_client_that_does_not_answer_gives_default_values():
     """Once its time is over; what it says later is no answer any more."""
     async def run():
