@@ -365,7 +365,7 @@ def _text(kind: FieldType, owner: type[Any]) -> Write:
 
 def _decoded(value: str, owner: type[Any]) -> bytes:
     try:
-        return b64decode(value, validate=True)
+        return b64decode(''.join(value.split()), validate=True)  # MIME has lines
     except ValueError as error:
         raise _MisfitError(f'expected base64 or a list of numbers: {error}', owner) from None
 

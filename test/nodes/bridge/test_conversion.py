@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages as JSON and CBOR, and back."""
 
-from base64 import b64decode, b64encode
+from base64 import b64decode, b64encode, encodebytes
 import itertools
 import json
 import math
@@ -172,6 +172,13 @@ def test_bytes_are_base64_or_a_list():
     """Both give the same message."""
     for data in ('AQI=', [1, 2]):
         assert filled(UInt8MultiArray, {'data': data}).data.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize('encode', [b64encode, encodebytes])
+def test_base64_may_have_lines(encode):
+    """As MIME prescribes and Android writes it; rosbridge_suite ignores them, too."""
+    content = bytes(range(200))
+    assert filled(UInt8MultiArray, {'data': encode(content).decode()}).data.tobytes() == content
 
 
 def test_a_header_without_a_stamp_gets_the_time_and_others_keep_theirs():
