@@ -28,7 +28,7 @@ class Parameters:
     """
     The parameters of all nodes.
 
-    :param patterns: those that may be used; none allows all.
+    :param patterns: those that may be used, as ``node:name`` or ``name``; none allows all.
     """
 
     def __init__(self, link: BridgeLink, patterns: Sequence[str]) -> None:
@@ -92,7 +92,7 @@ class Parameters:
                 f'no parameters of {", ".join(silent)}: no answer within {_PATIENCE:g} s')
         return [f'{node}:{name}' for node, found in zip(nodes, answers, strict=True)
                 if not isinstance(found, BaseException) for name in found
-                if self._is_allowed(f'{node}:{name}')]
+                if self._is_allowed(node, name)]
 
     async def _names_of(self, node: str) -> list[str]:
         response = await self._call(ListParameters, node, 'list_parameters',
@@ -122,7 +122,7 @@ class Parameters:
         if not separator or not name:
             raise RefusalError(f"'{full_name[:200]}': a parameter is named node:name")
         node = self._link.expand(node)
-        if not self._is_allowed(f'{node}:{name}'):
+        if not self._is_allowed(node, name):
             raise RefusalError(f'not allowed here: params_glob is [{", ".join(self._patterns)}]')
         if f'{node}/get_parameters' not in self._link.service_types():
             ending = '/get_parameters'
@@ -131,9 +131,10 @@ class Parameters:
             raise RefusalError(f'no node {node}; {nearest(node, nodes)}'.rstrip('; '))
         return node, name
 
-    def _is_allowed(self, full_name: str) -> bool:
+    def _is_allowed(self, node: str, name: str) -> bool:
         return not self._patterns or any(
-            fnmatchcase(full_name, pattern) for pattern in self._patterns)
+            fnmatchcase(form, pattern) for pattern in self._patterns
+            for form in (name, f'{node}:{name}'))
 
     async def _no_such(self, node: str, name: str) -> str:
         names = await self._names_of(node)

@@ -115,6 +115,14 @@ def test_parameters_have_patterns_of_their_own():
         asyncio.run(Parameters(link, ('/arm:*',)).value('/move_group:name'))
 
 
+@pytest.mark.parametrize('pattern', ['robot_desc*', '/arm:robot_description', '/a*:*'])
+def test_a_parameter_matches_with_or_without_its_node(pattern):
+    """Re-enacts rosapi's params.py: get_param matches the name, get_param_names both."""
+    link = SimpleNamespace(expand=lambda name: name, service_types=dict)
+    with pytest.raises(RefusalError, match='no node /arm'):  # allowed, but not there
+        asyncio.run(Parameters(link, ('/other', pattern)).value('/arm:robot_description'))
+
+
 def settings_of(*words):
     """Return the settings of a command line, without a node."""
     given, _ = parse_bridge_arguments(words)
