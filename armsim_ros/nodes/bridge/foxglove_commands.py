@@ -20,8 +20,8 @@ from armsim_ros.nodes.bridge.incoming import serialized
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.parameters import Parameters, plain_value
+from armsim_ros.nodes.bridge.publishers import profile
 from armsim_ros.nodes.bridge.settings import Permissions
-from armsim_ros.nodes.bridge.topics import profile
 from armsim_ros.recording.message_definitions import text_definition
 from armsim_ros.resources import share_folder
 

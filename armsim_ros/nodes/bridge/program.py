@@ -20,10 +20,11 @@ from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
 from armsim_ros.nodes.bridge.protocol import Protocol
+from armsim_ros.nodes.bridge.publishers import Publishers
 from armsim_ros.nodes.bridge.rosapi import RosApi
 from armsim_ros.nodes.bridge.server import BridgeServer
 from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions, read_settings
-from armsim_ros.nodes.bridge.topics import Publishers, Topics
+from armsim_ros.nodes.bridge.topics import Topics
 from armsim_ros.nodes.ports import is_loopback
 from armsim_ros.packages import Packages, split_path
 
