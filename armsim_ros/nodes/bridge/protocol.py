@@ -35,7 +35,8 @@ FIELDS: Mapping[str, tuple[dict[str, str], dict[str, str]]] = {
     'advertise': ({'topic': 'string', 'type': 'string'},
                   {'latch': 'boolean', 'queue_size': 'integer'}),
     'unadvertise': ({'topic': 'string'}, {}),
-    'publish': ({'topic': 'string'}, {'msg': 'object'}),
+    'publish': ({'topic': 'string'}, {
+        'msg': 'object', 'latch': 'boolean', 'queue_size': 'integer'}),
     'subscribe': ({'topic': 'string'}, {
         'type': 'string', 'throttle_rate': 'number', 'queue_length': 'integer', **_TEXTS}),
     'unsubscribe': ({'topic': 'string'}, {}),

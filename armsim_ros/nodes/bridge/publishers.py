@@ -35,6 +35,9 @@ class Publishers:
     """
     All publishers; clients share those that are not latched.
 
+    A client has one publisher for a topic. Once that is latched it stays so, as long as one of its
+    ids is advertised; otherwise what was published before would be gone.
+
     :param linger: how long one stays after its last user [s].
     """
 
@@ -57,7 +60,7 @@ class Publishers:
         if own is None:
             name = self._link.expand(topic)
             kind = await self._link.topic_type(name)
-            await self._advertise(client, topic, kind, None, False)
+            await self._advertise(client, topic, kind, None, bool(message.get('latch')))
             own = self._of[client][topic]
         entry = own[1]
         entry.publisher.publish(
@@ -86,7 +89,9 @@ class Publishers:
         present = self._link.topic_types().get(name)
         if present and requested not in present:
             raise RefusalError(f'the topic has type {", ".join(present)}, not {requested}')
-        shared = name, client if latch else None
+        shared: tuple[str, Client | None] = name, client
+        if not latch and shared not in self._entries:
+            shared = name, None
         own = self._of.setdefault(client, {})
         async with self._making.setdefault(shared, asyncio.Lock()):
             entry = self._entries.get(shared)
@@ -96,10 +101,12 @@ class Publishers:
                 publisher = await self._link.run(
                     lambda: self._link.node.create_publisher(kind, name, profile(latch)))
                 entry = self._entries[shared] = Entry(kind, publisher)
-        entry.users.setdefault(client, set()).add(key)
+        keys = entry.users.setdefault(client, set())
+        keys.add(key)
         before = own.get(topic)
         own[topic] = shared, entry
         if before is not None and before[1] is not entry:
+            keys |= before[1].users[client]
             self._leave(client, *before)
 
     def _leave(self, client: Client, key: Any, entry: Entry) -> None:
