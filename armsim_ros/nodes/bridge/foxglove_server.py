@@ -22,6 +22,7 @@ from rclpy.qos import QoSDurabilityPolicy
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.access import Gate
 from armsim_ros.nodes.bridge.foxglove_commands import Commands, ENCODING, SharedParameters
+from armsim_ros.nodes.bridge.graph_view import GraphView
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
@@ -68,6 +69,7 @@ class FoxgloveServer(ServerListener):
                  files: PackageFiles) -> None:
         self._link, self._settings, self._token, self._files = link, settings, token, files
         self._permissions = Permissions.of(settings)
+        self._graph = GraphView(link, self._permissions)
         self._controls = settings.foxglove == 'control'
         self._port = settings.foxglove_port
         self._gate: Gate | None = None
@@ -247,8 +249,7 @@ class FoxgloveServer(ServerListener):
 
     def _follow_graph(self) -> None:
         """Let channels come and go with the topics of the graph."""
-        present = {name: type_name for name, type_name in self._link.topics().items()
-                   if self._permissions.allows('subscribe', 'topic', name)}
+        present = self._graph.topics()
         for name in [name for name, topic in self._topics.items()
                      if present.get(name) != topic.type_name]:
             topic = self._topics.pop(name)
@@ -263,7 +264,7 @@ class FoxgloveServer(ServerListener):
                     self._subscribe(name, _RECORDING)
         if self._controls:
             self._commands.renew(self._server, {
-                name: type_name for name, type_name in self._link.services().items()
+                name: type_name for name, type_name in self._graph.services().items()
                 if self._permissions.allows('call_service', 'service', name)})
         if self._shows_graph:
             self._server.publish_connection_graph(self._connections())
@@ -277,10 +278,10 @@ class FoxgloveServer(ServerListener):
         for add, publish in ((graph.set_subscribed_topic, False),
                              (graph.set_published_topic, True)):
             for name in self._topics:
-                if nodes := self._link.ends(name, publish=publish):
+                if nodes := self._graph.ends(name, publish=publish):
                     add(name, nodes)
-        for node in self._link.nodes():
-            for name in self._link.node_details(node)[2]:
+        for node in self._graph.nodes():
+            for name in self._graph.node_details(node)[2]:
                 serving.setdefault(name, []).append(node)
         for name, nodes in serving.items():
             graph.set_advertised_service(name, nodes)

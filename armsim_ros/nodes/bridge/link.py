@@ -30,7 +30,7 @@ DISCOVERY, _PAUSE = 1.0, 0.02
 _DEPTH = 100
 #: Names that are remembered with their full names.
 _MOST_NAMES = 1000
-_ACTION, _SEND_GOAL = '/_action/', '/_action/send_goal'
+_SEND_GOAL = '/_action/send_goal'
 
 T = TypeVar('T')
 Types = dict[str, list[str]]
@@ -184,7 +184,7 @@ class BridgeLink(RosClient):
         :raises RefusalError: there is none.
         """
         await self._discover(lambda: self._served(f'{name}{_SEND_GOAL}'),
-                             'no such action is served', name, self.action_names)
+                             'no such action is served', name, self.actions)
         await self._wait_for(kind, name, action=True)
 
     async def _wait_for(self, kind: type[Any], name: str, *, action: bool) -> None:
@@ -199,26 +199,10 @@ class BridgeLink(RosClient):
         return {name: types[0] for name, types in self.service_types().items()
                 if self.node.count_services(name)}
 
-    def action_names(self) -> list[str]:
-        """Return the names of all actions that are served."""
-        return [name.removesuffix(_SEND_GOAL) for name in self.served_services()
-                if name.endswith(_SEND_GOAL)]
-
-    def topics(self) -> dict[str, str]:
-        """Return the topics with a type each; those of actions are hidden."""
-        return {name: types[0] for name, types in self.topic_types().items()
-                if _ACTION not in name}
-
-    def services(self) -> dict[str, str]:
-        """Return the services with a type each; those of actions are hidden."""
-        return {name: kind for name, kind in self.served_services().items()
-                if _ACTION not in name}
-
-    def type_of(self, name: str, known: Types) -> str:
-        """Return the type of what is known by a name, '' where it is not there."""
-        with suppress(RefusalError, KeyError):
-            return known[self.expand(name)][0]
-        return ''
+    def actions(self) -> dict[str, str]:
+        """Return all actions that are served, with a type each."""
+        return {name.removesuffix(_SEND_GOAL): kind.removesuffix('_SendGoal')
+                for name, kind in self.served_services().items() if name.endswith(_SEND_GOAL)}
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes."""

@@ -16,6 +16,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from armsim_ros.errors import nearest
+from armsim_ros.nodes.bridge.graph_view import is_hidden
 from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
 
@@ -83,7 +84,7 @@ class Parameters:
         """Return all parameters of all nodes; a node that does not answer is left out."""
         ending = '/list_parameters'
         nodes = sorted(service.removesuffix(ending) for service in self._link.service_types()
-                       if service.endswith(ending))
+                       if service.endswith(ending) and not is_hidden(service))
         answers = await asyncio.gather(*map(self._names_of, nodes), return_exceptions=True)
         silent = [node for node, found in zip(nodes, answers, strict=True)
                   if isinstance(found, BaseException)]

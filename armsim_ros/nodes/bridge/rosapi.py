@@ -13,6 +13,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterable, Iterator, 
 from contextlib import suppress
 from functools import partial
 import inspect
+import json
 import os
 import re
 from typing import Any
@@ -29,13 +30,14 @@ from std_msgs.msg import Int32
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.bridge.client import Client
+from armsim_ros.nodes.bridge.graph_view import GraphView
 from armsim_ros.nodes.bridge.incoming import serialized
 from armsim_ros.nodes.bridge.interfaces import full_name, installed, load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.message_fields import fields_of, FieldType, Kind, Shape
 from armsim_ros.nodes.bridge.outgoing import values_of
 from armsim_ros.nodes.bridge.parameters import Parameters
-from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
 from armsim_ros.nodes.json_text import to_json
 from armsim_ros.nodes.polling_node import GuardedNode
 from armsim_ros.recording.message_definitions import message_definition
@@ -67,6 +69,7 @@ class RosApi:
     def __init__(self, link: BridgeLink, settings: BridgeSettings, *, is_shared: bool = True
                  ) -> None:
         self._link = link
+        self._graph = GraphView(link, Permissions.of(settings))
         self._parameters = Parameters(link, settings.params_glob)
         self._since: dict[Client, dict[str, int]] = {}
         self.services: dict[str, tuple[type[Any], Respond]] = {}
@@ -122,7 +125,7 @@ class RosApi:
 
     def _answers(self) -> dict[str, Callable[[Any], Any]]:
         """Return service type -> the fields of its response."""
-        graph, parameters = self._link, self._parameters
+        graph, parameters = self._graph, self._parameters
         return {
             'Topics': lambda _: dict(zip(('topics', 'types'), _columns(graph.topics()),
                                          strict=True)),
@@ -130,12 +133,12 @@ class RosApi:
             'TopicsForType': lambda request: {
                 'topics': _of_type(graph.topics(), request.type, 'msg')},
             'TopicType': lambda request: {
-                'type': graph.type_of(request.topic, graph.topic_types())},
+                'type': graph.topic_type(request.topic)},
             'Services': lambda _: {'services': list(graph.services())},
             'ServicesForType': lambda request: {
                 'services': _of_type(graph.services(), request.type, 'srv')},
             'ServiceType': lambda request: {
-                'type': graph.type_of(request.service, graph.service_types())},
+                'type': graph.service_type(request.service)},
             'ServiceNode': lambda request: {
                 'node': next(iter(graph.providers([request.service])), '')},
             'ServiceProviders': lambda request: {'providers': graph.providers(
@@ -148,10 +151,8 @@ class RosApi:
                 'publishers': graph.ends(request.topic, publish=True)},
             'Subscribers': lambda request: {
                 'subscribers': graph.ends(request.topic, publish=False)},
-            'GetActionServers': lambda _: {'action_servers': graph.action_names()},
-            'ActionType': lambda request: {'type': graph.type_of(
-                f'{request.action}/_action/send_goal', graph.service_types()
-                ).removesuffix('_SendGoal')},
+            'GetActionServers': lambda _: {'action_servers': list(graph.actions())},
+            'ActionType': lambda request: {'type': graph.action_type(request.action)},
             'Interfaces': lambda _: {'interfaces': sorted(
                 f'{package}/{name}' for package, names in installed().items()
                 for name in names)},
@@ -167,7 +168,7 @@ class RosApi:
         }
 
     async def _raw_types(self, _: Any) -> dict[str, Any]:
-        topics, types = _columns(self._link.topics())
+        topics, types = _columns(self._graph.topics())
         texts = await asyncio.to_thread(lambda: {kind: _text(kind) for kind in types})
         return {'topics': topics, 'types': types,
                 'typedefs_full_text': [texts[kind] for kind in types]}
@@ -176,7 +177,7 @@ class RosApi:
         try:
             value = await self._parameters.value(request.name)
         except ArmsimError as error:
-            return {'value': request.default_value or '""', 'reason': str(error)}
+            return {'value': to_json(_parsed(request.default_value)), 'reason': str(error)}
         return {'value': to_json(value), 'successful': True}
 
     async def _has_param(self, request: Any) -> dict[str, Any]:
@@ -203,6 +204,14 @@ def _of_type(known: Mapping[str, str], type_name: str, group: str) -> list[str]:
 def service_name(kind: str) -> str:
     """Return the name of the service of a type, in snake case."""
     return _NAMES.get(kind) or _WORD.sub('_', kind).lower()
+
+
+def _parsed(text: str) -> Any:
+    """Return the value of JSON text; other text is a value itself."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
 
 
 async def _outcome(work: Awaitable[None]) -> dict[str, Any]:

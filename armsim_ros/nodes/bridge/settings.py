@@ -198,6 +198,16 @@ class Permissions:
         return cls(settings.topics_glob, settings.services_glob, settings.actions_glob,
                    settings.read_only)
 
+    def matches(self, kind: str, name: str) -> bool:
+        """
+        Return whether a name matches the patterns.
+
+        :param kind: topic, service or action.
+        :param name: the full name.
+        """
+        patterns = self._patterns(kind)
+        return not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
+
     def allows(self, op: str, kind: str, name: str) -> bool:
         """Return whether ``check`` accepts an operation on a name."""
         try:
@@ -214,11 +224,14 @@ class Permissions:
         :param name: the full name.
         :raises RefusalError: it is not allowed.
         """
-        patterns = {'topic': self.topics, 'service': self.services, 'action': self.actions}[kind]
-        if patterns and not any(fnmatchcase(name, pattern) for pattern in patterns):
-            raise RefusalError(f'not allowed here: {kind}s_glob is [{", ".join(patterns)}]')
+        if not self.matches(kind, name):
+            patterns = ', '.join(self._patterns(kind))
+            raise RefusalError(f'not allowed here: {kind}s_glob is [{patterns}]')
         if self.read_only and (op in _CHANGING or (op == 'call_service' and not _reads(name))):
             raise RefusalError('not allowed here: read_only')
+
+    def _patterns(self, kind: str) -> tuple[str, ...]:
+        return {'topic': self.topics, 'service': self.services, 'action': self.actions}[kind]
 
 
 def _reads(service: str) -> bool:
