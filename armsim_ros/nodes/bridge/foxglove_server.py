@@ -27,6 +27,7 @@ from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
 from armsim_ros.nodes.bridge.parameters import Parameters
+from armsim_ros.nodes.bridge.publications import Publications
 from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
 from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
@@ -51,7 +52,7 @@ class Topic:
     channel: Any
     readers: set[Any] = field(default_factory=set)
     is_latched: bool = False
-    newest: bytes = b''
+    publications: Publications[bytes] = field(default_factory=Publications)
 
 
 class FoxgloveServer(ServerListener):
@@ -190,7 +191,7 @@ class FoxgloveServer(ServerListener):
 
     def _subscribe(self, name: str, reader: Any) -> None:
         """
-        Read a topic, and send the newest sample of a latched topic again.
+        Read a topic, and send the latched message of each publisher again.
 
         :param reader: the client's id, or what else reads it.
         """
@@ -199,8 +200,8 @@ class FoxgloveServer(ServerListener):
             return
         if topic.readers:
             topic.readers.add(reader)
-            if topic.is_latched and topic.newest:
-                topic.channel.log(topic.newest, log_time=time.time_ns())
+            for content in topic.publications.latched():
+                topic.channel.log(content, log_time=time.time_ns())
             return
         try:
             kind = load(topic.type_name, 'msg')
@@ -217,7 +218,7 @@ class FoxgloveServer(ServerListener):
         if topic is not None and reader in topic.readers:
             topic.readers.discard(reader)
             if not topic.readers:
-                topic.newest = b''
+                topic.publications.drop_latched()
                 self._reader.remove(name)
 
     def _asset(self, uri: str) -> bytes | None:
@@ -255,6 +256,9 @@ class FoxgloveServer(ServerListener):
             topic = self._topics.pop(name)
             self._reader.remove(name)
             topic.channel.close()
+        for name, topic in self._topics.items():
+            if topic.readers:
+                topic.publications.forget_others(self._link.publishers(name))
         for name, type_name in present.items():
             if name not in self._topics:
                 self._topics[name] = Topic(type_name, foxglove.Channel(
@@ -294,7 +298,7 @@ class FoxgloveServer(ServerListener):
             if topic is not None:
                 content = bytes(message.raw)
                 if topic.is_latched:
-                    topic.newest = content
+                    topic.publications.latch(message, content)
                 topic.channel.log(content, log_time=now)
 
     def _uses_sim_time(self) -> bool:

@@ -15,14 +15,13 @@ from armsim_ros.nodes.bridge.client import Client, Sample
 from armsim_ros.nodes.bridge.frames import Part
 from armsim_ros.nodes.bridge.interfaces import full_name, Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.publications import Publications
 from armsim_ros.nodes.bridge.topic_reader import Batch, Received, TopicReader
 
 #: From the strongest on: where several are requested, the first of them is used.
 COMPRESSIONS = ('cbor-raw', 'cbor', 'png', 'none')
 #: How often changes of the publishers are noticed [s].
 _RENEWAL = 0.5
-#: RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED: the middleware does not number publications.
-_NO_NUMBER = (1 << 64) - 1
 
 
 @dataclass(frozen=True)
@@ -112,9 +111,7 @@ class Stream:
         self.topic, self.type_name, self.kind = topic, type_name, kind
         self.profile = profile
         self.listeners: dict[Listener, None] = {}
-        self._latched: dict[bytes, Sample] = {}
-        self._numbers: dict[bytes, int] = {}
-        self._absent: set[bytes] = set()
+        self.publications = Publications[Sample]()
 
     def offer(self, message: Received, stamp: tuple[int, int], now: float) -> None:
         """
@@ -125,13 +122,10 @@ class Stream:
         """
         sample = Sample(self.kind, message.raw, stamp)
         if _is_latched(self.profile):
-            self._latched[message.publisher] = sample
-        if message.number <= self._numbers.get(message.publisher, 0):
-            return
-        if message.number != _NO_NUMBER:
-            self._numbers[message.publisher] = message.number
-        for listener in self.listeners:
-            listener.offer(sample, now)
+            self.publications.latch(message, sample)
+        if self.publications.is_new(message):
+            for listener in self.listeners:
+                listener.offer(sample, now)
 
     def offer_latched(self, listener: Listener, now: float) -> None:
         """
@@ -139,23 +133,14 @@ class Stream:
 
         :param now: time of the event loop [s].
         """
-        for sample in self._latched.values():
+        for sample in self.publications.latched():
             listener.offer(sample, now)
 
     def renew(self, profile: QoSProfile) -> None:
         """Note that the subscription is made anew; what was received before counts on."""
         self.profile = profile
         if not _is_latched(profile):
-            self._latched.clear()
-
-    def forget_others(self, publishers: set[bytes]) -> None:
-        """Forget publishers that are missing twice in a row: the graph may lag behind."""
-        absent = self._numbers.keys() | self._latched.keys()
-        absent -= publishers
-        for publisher in absent & self._absent:
-            self._numbers.pop(publisher, None)
-            self._latched.pop(publisher, None)
-        self._absent = absent
+            self.publications.drop_latched()
 
 
 class Topics:
@@ -253,7 +238,7 @@ class Topics:
             for stream in list(self._streams.values()):
                 profile = self._link.matching_profile(stream.topic)
                 publishers = self._link.publishers(stream.topic)
-                stream.forget_others(publishers)
+                stream.publications.forget_others(publishers)
                 if profile != stream.profile and publishers:
                     stream.renew(profile)
                     self._reader.add(stream.topic, stream.kind, stream.topic, profile)

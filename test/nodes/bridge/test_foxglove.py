@@ -32,6 +32,7 @@ class Viewer:
     """A client that keeps what the server offers."""
 
     def __init__(self, url):
+        self.url = url
         self.connection = connect(url, subprotocols=['foxglove.sdk.v1'], max_size=None)
         self.offered = {}
 
@@ -99,6 +100,31 @@ def test_a_latched_topic_is_sent_to_each_subscriber(viewer, peer):
         threading.Event().wait(0.05)
     peer.destroy_publisher(publisher)
     viewer.wait_for(lambda message: isinstance(message, dict) and message['op'] == 'unadvertise')
+
+
+def test_a_later_subscriber_gets_the_latched_message_of_each_publisher(viewer, peer):
+    """However many another has published since, as with /tf_static."""
+    first, second = (peer.create_publisher(String, '/frames', LATCHED) for _ in range(2))
+    later = Viewer(viewer.url)
+
+    def subscribe(client):
+        channel = client.find('/frames')
+        client.send('subscribe', subscriptions=[{'id': 1, 'channelId': channel['id']}])
+
+    def text(client):
+        frame = client.wait_for(lambda message: isinstance(message, bytes))
+        return deserialize_message(frame[13:], String).data
+
+    subscribe(viewer)
+    for publisher, word in ((first, 'robot'), (second, 'camera 1'), (second, 'camera 2')):
+        publisher.publish(String(data=word))
+        while text(viewer) != word:
+            pass
+    subscribe(later)
+    assert {text(later) for _ in range(2)} == {'robot', 'camera 2'}
+    later.connection.close()
+    for publisher in (first, second):
+        peer.destroy_publisher(publisher)
 
 
 def test_parameters_are_read_and_set(viewer, peer):

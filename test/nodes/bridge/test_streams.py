@@ -90,7 +90,7 @@ def test_a_publisher_that_stays_away_is_forgotten(stream, receive, late):
     receive('new', 1)
     for publishers in (set(), {b'new'}):
         assert late() == ['gone1', 'new1']
-        stream.forget_others(publishers)
+        stream.publications.forget_others(publishers)
     assert late() == ['new1']
 
 
