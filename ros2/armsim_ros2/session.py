@@ -73,6 +73,8 @@ class Session:
     """
     A hidden node and its executor, as a context manager.
 
+    With simulated time it begins when that is known, or after the spin time.
+
     :param options: spin_time, use_sim_time and ros_args of the command line, if it has them.
     :param name: of the node; by default a hidden one.
     """
@@ -104,6 +106,9 @@ class Session:
         self._executor.add_node(self.node)
         self._start = time.monotonic()
         self._settled = False
+        if getattr(options, 'use_sim_time', False):
+            clock = self.node.get_clock()
+            self.spin(lambda: clock.now().nanoseconds > 0, self._spin_time)
 
     def __enter__(self) -> Session:
         """Return the session."""

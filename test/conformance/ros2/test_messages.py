@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Verbs that send and receive messages, beyond what upstream.yaml has."""
 
+import re
 import signal
 
 import pytest
@@ -61,6 +62,12 @@ def test_a_message_reaches_a_subscriber(ros2, start):
     message = yaml.safe_load(out.removesuffix('---\n'))
     assert message['header']['stamp']['sec'] > 1_600_000_000
     assert message['pose']['position']['x'] == 1.5
+
+
+def test_simulated_time_is_known_before_the_first_stamp(ros2):
+    """With -s the node waits for /clock (ros2cli/node/direct.py, DirectNode.__init__)."""
+    done = ros2('topic', 'pub', '-s', '-w', '0', '--once', '/chat', POSE, '{header: auto}')
+    assert re.search(r'Time\(sec=\d+, nanosec=\d+\)', done.out)[0] != 'Time(sec=0, nanosec=0)'
 
 
 def test_a_rate_has_no_drift(start):
