@@ -6,7 +6,9 @@ from __future__ import annotations
 
 from argparse import Namespace
 from contextlib import suppress
+import math
 import sys
+import time
 from typing import Any
 
 from armsim_ros2.commands.names import name_argument
@@ -122,11 +124,11 @@ def _echo(session: Session, options: Namespace) -> None:
                   else SubscriptionEventCallbacks(message_lost=_lost))
     except UnsupportedEventTypeError:
         subscribe(None)
-    limit = options.timeout or float('inf')
-    if not session.spin(lambda: echo.done or echo.received, min(_SILENCE, limit)):
+    end = time.monotonic() + (options.timeout or math.inf)
+    if not session.spin(lambda: echo.done or echo.received,
+                        min(_SILENCE, end - time.monotonic())):
         _report_silence(session, topic)
-        limit -= _SILENCE
-    session.spin(lambda: echo.done, limit)
+    session.spin(lambda: echo.done, end - time.monotonic())
 
 
 def _report_silence(session: Session, topic: str) -> None:
