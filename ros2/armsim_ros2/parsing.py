@@ -62,7 +62,7 @@ def run_verb(command: str, about: str, verbs: Mapping[str, Verb], argv: Sequence
     if name not in verbs:
         raise CliError(unknown(f'ros2 {command}', 'verb', name, verbs), USAGE_STATUS)
     verb = verbs[name]
-    parser = Parser(prog=f'ros2 {command} {name}', description=verb.about, allow_abbrev=False)
+    parser = Parser(prog=f'ros2 {command} {name}', description=verb.about)
     for add in verb.arguments:
         add(parser)
     return verb.run(parser.parse_args([*early, *rest])) or 0

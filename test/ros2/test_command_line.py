@@ -35,6 +35,7 @@ def ros2(capsys, monkeypatch):
     ('topic lst', "unknown verb 'lst'; did you mean 'list'? (choose from: bw, "),
     ('topic list --nope', 'unrecognized arguments: --nope'),
     ('topic echo', 'the following arguments are required: topic_name'),
+    ('topic echo /a --no 1', 'ambiguous option: --no could match --no-arr, --no-str, '),
     ('topic pub /a std_msgs/msg/String -r 0', "'0' is not above 0"),
     ('control set_controller_state arm on', "invalid choice: 'on'"),
     ('interface show --all-comments --no-comments a/msg/B', 'not allowed with argument'),
@@ -67,6 +68,12 @@ def test_what_does_not_exist_is_named(line, text, ros2):
     assert (status, out) == (1, '')
     assert text in err
     assert err.count('\n') == 1
+
+
+def test_an_option_may_be_abbreviated(ros2):
+    """As upstream, whose parsers are argparse's own (ros2cli/cli.py, main)."""
+    whole = ros2('interface show std_srvs/srv/SetBool --no-comments')
+    assert ros2('interface show std_srvs/srv/SetBool --no-com') == whole
 
 
 @pytest.mark.parametrize('command', sorted(COMMANDS))
