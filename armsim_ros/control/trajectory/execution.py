@@ -8,8 +8,9 @@ next update it is the reference at that time.
 
 A new trajectory starts from the desired state, so that it goes on without a step. With a stamp
 in the future the old motion (or the hold) goes on until then and is left on a segment to the
-first point; with a stamp in the past the points that are over are left out, and a segment leads
-to the first that is not.
+first point; where that point is at the stamp itself, the segment begins at once. With a stamp in
+the past the points that are over are left out, and a segment leads to the first that is not; if
+all are over, the joints are at the last at once.
 """
 
 from __future__ import annotations
@@ -186,7 +187,7 @@ class TrajectoryExecution:
         replaces = self.scheduled is not None and self.scheduled.goal is None
         streams = replaces and request.stamp_ns - time_ns < STREAM_AHEAD_NS
         self.scheduled = None
-        if request.stamp_ns > time_ns and not (streams and request.goal is None):
+        if request.start_ns > time_ns and not (streams and request.goal is None):
             self.scheduled = request
         else:
             self._begin(request, record, time_ns)
@@ -278,11 +279,6 @@ class TrajectoryExecution:
         time = (time_ns - request.stamp_ns) * 1e-9 if request.stamp_ns else 0.0
         if request.goal is not None:
             self.goal = request.goal
-        if time > request.prepared.end:
-            self.end_goals(
-                GoalStatus.ABORTED, 'the trajectory ended before it could be started',
-                TrajectoryErrorCode.INVALID_GOAL)
-            return
         held = record.reference[: self.joints].copy()
         parameters = self.parameters
         desired = parameters.interpolate_from_desired_state or parameters.open_loop_control

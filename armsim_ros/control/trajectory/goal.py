@@ -111,6 +111,11 @@ class StartRequest:
     goal: TrajectoryGoal | None = None
     start: TrajectoryStart | None = None
 
+    @property
+    def start_ns(self) -> int:
+        """From when on the joints follow it [ns], 0 for at once."""
+        return self.prepared.start_ns(self.stamp_ns)
+
 
 @dataclass(frozen=True, slots=True)
 class CancelRequest:
@@ -146,7 +151,7 @@ def superseded(requests: Sequence[Request], time_ns: int) -> dict[int, StartRequ
             continue
         if goal_follows or (any_follows and request.goal is None):
             passed[i] = request
-        elif request.stamp_ns <= time_ns:
+        elif request.start_ns <= time_ns:
             any_follows = True
             goal_follows = request.goal is not None
     return passed

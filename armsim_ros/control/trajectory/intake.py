@@ -78,7 +78,8 @@ def start_of(
     A joint that something blocks is away from its reference; planners read its measured
     position. So the first point may be near either.
 
-    :param elapsed: time since its stamp [s], 0 if unstamped; points before are left out.
+    :param elapsed: time since its stamp [s], negative before it, 0 if unstamped; points before
+        it are left out.
     :param reference: (2, n) position and velocity that the joints should have now.
     :param measured: (n,) positions that they have.
     """
@@ -259,8 +260,13 @@ class TrajectoryIntake:
     ) -> tuple[StartRequest, str]:
         waypoints = validate(trajectory, parameters, now_ns)
         beyond, start = beyond_limits(waypoints, self._properties), None
+        prepared = PreparedTrajectory(
+            waypoints, self._properties.continuous,
+            splines=parameters.interpolation_method == 'splines',
+            effort='effort' in parameters.command_interfaces,
+            rest_at_end='position' in parameters.command_interfaces)
         snapshot = self._snapshot()
-        if trajectory.stamp_ns <= now_ns and snapshot is not None:
+        if prepared.start_ns(trajectory.stamp_ns) <= now_ns and snapshot is not None:
             elapsed = (now_ns - trajectory.stamp_ns) * 1e-9 if trajectory.stamp_ns else 0.0
             reference = np.stack((snapshot.reference.positions, snapshot.reference.velocities))
             start, far = start_of(
@@ -268,9 +274,4 @@ class TrajectoryIntake:
             beyond = beyond or far
         if beyond and parameters.reject_beyond_limits:
             raise RefusedTrajectoryError(f'{beyond}; reject_beyond_limits is true')
-        prepared = PreparedTrajectory(
-            waypoints, self._properties.continuous,
-            splines=parameters.interpolation_method == 'splines',
-            effort='effort' in parameters.command_interfaces,
-            rest_at_end='position' in parameters.command_interfaces)
         return StartRequest(prepared, trajectory.stamp_ns, tolerances, goal, start), beyond

@@ -173,10 +173,13 @@ class PreparedTrajectory:
         if waypoints.complete:
             self._between = coefficients_between(waypoints, splines=splines, effort=effort)
 
-    @property
-    def end(self) -> float:
-        """Time of the last point [s]."""
-        return float(self.waypoints.times[-1])
+    def start_ns(self, stamp_ns: int) -> int:
+        """
+        Return from when on the joints move to the first point [ns]: the stamp, 0 for at once.
+
+        A first point at the stamp itself would leave them no time.
+        """
+        return stamp_ns if self.waypoints.times[0] > TIME_RESOLUTION else 0
 
     def begin(self, time: float, state: Vector, held: Vector, *, step: bool = False) -> Motion:
         """
@@ -187,12 +190,13 @@ class PreparedTrajectory:
         with, and with ``step`` its position too. Joints that turn without end take the short
         way: the whole trajectory is moved by whole turns, the state is not.
 
-        :param time: trajectory time of ``state`` [s], at most the last point's.
+        :param time: trajectory time of ``state`` [s]; after the last point the motion rests there.
         :param state: (3n,) or (4n,) position, velocity, acceleration (and effort).
         :param held: (n,) positions of the joints that the trajectory does not name.
         """
         joints = len(held)
         full, between = self.waypoints, self._between
+        time = min(time, float(full.times[-1]))
         if between is None:
             full = full.held(held).integrated(time, state[: 3 * joints].reshape(3, joints))
             between = coefficients_between(full, splines=self._splines, effort=self._effort)

@@ -162,3 +162,104 @@ def test_a_first_point_near_neither_is_jumped_to(blocked, trajectory, first):
     r.hardware.frozen = False
     r.run(2.0)
     assert goal.status.name == 'SUCCEEDED'
+
+
+@pytest.fixture
+def ending(trajectory):
+    """Return a function that makes a trajectory which ends before a controller's next update."""
+
+    def make(arm, *positions):
+        return trajectory((0.5, [*positions]), stamp_ns=arm.time_ns - 495_000_000)
+
+    return make
+
+
+def test_a_goal_that_ends_before_the_next_update_is_followed(rig, trajectory, ending):
+    """
+    The joints are at its last point at once, and stay there; the goal before is preempted.
+
+    trajectory.cpp, sample: a trajectory that has played out is its last point.
+    """
+    r = rig()
+    arm = r.arm()
+    old = arm.send_goal(trajectory((2.0, [1.0, 1.0]))).goal
+    r.run(0.5)
+    goal = arm.send_goal(ending(arm, 0.2, 0.2)).goal
+    r.step(3)
+    assert (old.status.name, goal.status.name) == ('ABORTED', 'SUCCEEDED')
+    r.run(3.0)
+    np.testing.assert_array_equal(r.hardware.state.position, [0.2, 0.2])
+
+
+def test_a_goal_that_ends_before_the_next_update_keeps_its_path_tolerance(rig, ending):
+    """
+    Its first check is one of the path: the joints stay where they are.
+
+    joint_trajectory_controller.cpp, update: the state tolerance is checked on the first sample
+    even if that is the last point.
+    """
+    r = rig()
+    arm = r.arm(constraints={'a': {'trajectory': 0.05}})
+    goal = arm.send_goal(ending(arm, 0.2, 0.2)).goal
+    r.run(1.0)
+    assert goal.result.code.name == 'PATH_TOLERANCE_VIOLATED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.0, 0.0])
+
+
+def test_a_topic_trajectory_that_ends_before_the_next_update_ends_no_goal(
+    rig, trajectory, ending
+):
+    """
+    The goal goes on with the trajectory of the topic, and succeeds at its end.
+
+    joint_trajectory_controller.cpp, update: a message replaces the trajectory, not the goal.
+    """
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory((2.0, [1.0, 1.0]))).goal
+    r.run(1.0)
+    arm.set_trajectory(ending(arm, 0.5, 0.5))
+    r.run(3.0)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.5, 0.5])
+
+
+@pytest.mark.parametrize('ahead_ns', [500_000_000, 503_000_000], ids=['aligned', 'between'])
+@pytest.mark.parametrize('way', ['send_goal', 'set_trajectory'])
+def test_a_first_point_at_a_future_stamp_is_reached_then(rig, trajectory, way, ahead_ns):
+    """
+    The joints are there at the stamp, and move from now on: no step.
+
+    trajectory.cpp, sample: before the first point it is a segment from the present state.
+    """
+    r = rig()
+    arm = r.arm()
+    getattr(arm, way)(trajectory((0.0, [0.5, 0.0]), stamp_ns=r.now_ns + ahead_ns))
+    references = []
+    for _ in range(53):
+        r.step()
+        references.append(arm.snapshot().reference.positions[0])
+    assert references[25] == pytest.approx(0.5 * 250_000_000 / ahead_ns)
+    assert references[-1] == 0.5
+    assert np.abs(np.diff(references)).max() < 0.0101
+
+
+def test_a_goal_whose_first_point_is_at_a_future_stamp_succeeds_there(rig, trajectory):
+    """Not before, although it is followed from now on."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory((0.0, [0.5, 0.0]), stamp_ns=r.now_ns + 503_000_000)).goal
+    r.run(0.5)
+    assert goal.status.name == 'EXECUTING'
+    r.step(2)
+    assert goal.status.name == 'SUCCEEDED'
+
+
+def test_a_goal_that_is_over_soon_after_its_future_stamp_is_followed(rig, trajectory):
+    """E4: a last point between the stamp and the next update is commanded."""
+    r = rig()
+    arm = r.arm()
+    goal = arm.send_goal(trajectory((0.005, [0.02, 0.0]), stamp_ns=r.now_ns + 102_000_000)).goal
+    r.run(0.2)
+    assert goal.status.name == 'SUCCEEDED'
+    np.testing.assert_array_equal(r.hardware.state.position, [0.02, 0.0])

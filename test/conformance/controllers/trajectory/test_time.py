@@ -80,6 +80,21 @@ def test_a_stamp_in_the_future(arm: TrajectoryController, way: str) -> None:
 
 
 @statement('E4')
+def test_a_first_point_at_a_future_stamp(arm: TrajectoryController) -> None:
+    """It moves at once, and is at the first point at the stamp and not before."""
+    stamp = arm.now_ns() + 400_000_000
+    arm.states.clear()
+    assert arm.run(arm.trajectory(point(0.0, [0.2, 0.1]), stamp_ns=stamp)).status == SUCCEEDED
+    early = [
+        state.reference.positions[0] for state in arm.states.messages
+        if nanoseconds(state.header.stamp) < stamp - 2e9 * PERIOD
+    ]
+    assert max(early) < 0.2
+    assert any(0.05 < position < 0.15 for position in early)
+    assert arm.reaches([0.2, 0.1])
+
+
+@statement('E4')
 @upstream('blend_action_replaces_action_with_future_stamp')
 def test_the_old_trajectory_goes_on_until_the_stamp(arm: TrajectoryController) -> None:
     """A goal with a stamp in the future lets the running motion go on until then."""
