@@ -27,6 +27,13 @@ class GripperParameters(ControllerParameters):
         20.0, 'checks a second for a result [Hz]', ge=0.1, allow_inf_nan=False)
 
 
+class GripperGains(PidGains):
+    """Gains of an effort gripper, which integrates nothing unless told how much."""
+
+    i_clamp: float = parameter(
+        0.0, 'bound of the integral part, both ways; 0 switches it off', ge=0.0)
+
+
 class GripperActionControllerParameters(GripperParameters):
     """
     Parameters of ``position_controllers/`` and ``effort_controllers/GripperActionController``.
@@ -35,7 +42,7 @@ class GripperActionControllerParameters(GripperParameters):
     """
 
     max_effort: float = parameter(0.0, 'effort of a goal that names none [N*m or N]', ge=0.0)
-    gains: dict[str, PidGains] = parameter({}, "joint -> gains of the effort kind's PID")
+    gains: dict[str, GripperGains] = parameter({}, "joint -> gains of the effort kind's PID")
 
     @model_validator(mode='before')
     @classmethod

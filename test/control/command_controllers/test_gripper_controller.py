@@ -131,6 +131,21 @@ def test_effort_is_bounded_by_the_goal(rig):
     assert r.hardware.command.effort[0] == 8.0
 
 
+@pytest.mark.parametrize(('given', 'effort'), [({}, 0.0), ({'i_clamp': 0.4}, 0.4)])
+def test_the_integral_part_needs_a_bound(rig, given, effort):
+    """
+    Without ``i_clamp`` nothing is integrated.
+
+    gripper_controllers/hardware_interface_adapter.hpp: i_clamp is 0 by default.
+    """
+    r = rig()
+    hand = gripper(r, EFFORT, gains={'a': {'i': 1.0, **given}}, max_effort=10.0)
+    r.hardware.frozen = True
+    hand.send_goal(1.0)
+    r.run(0.9)
+    assert r.hardware.command.effort[0] == pytest.approx(effort)
+
+
 @pytest.mark.parametrize('positions', [[], [0.1, 0.2]])
 def test_parallel_wants_exactly_one_position(rig, positions):
     """N2: any other number is refused."""
