@@ -93,6 +93,7 @@ class PidController(ChainableController[PidControllerParameters]):
         self._shape = (len(parameters.reference_and_state_interfaces), len(parameters.measured))
         self._values = NamedValues(parameters.measured, self._shape[0])
         self._pids = tuple(Pid(parameters.gains[name]) for name in parameters.dof_names)
+        self._feedforward = parameters.enable_feedforward
         given = self.context.hardware.given_states
         given.update(dict.fromkeys(self.exported_states, math.nan))
 
@@ -140,7 +141,7 @@ class PidController(ChainableController[PidControllerParameters]):
         return ''
 
     def set_feedforward(self, requested: bool) -> None:
-        """Add the references' own part to the commands, or leave it away."""
+        """Add the references' own part to the commands, or not, until a parameter changes."""
         self._feedforward = requested
 
     def snapshot(self) -> PidSnapshot | None:
@@ -148,8 +149,13 @@ class PidController(ChainableController[PidControllerParameters]):
         return self._snapshot
 
     def set_parameters(self, changes: Settings | Mapping[str, Any]) -> None:
-        """Take parameters over; new gains leave the integral parts as they are."""
+        """
+        Take parameters over; new gains leave the integral parts as they are.
+
+        As upstream, any change sets the feed-forward to its parameter.
+        """
         super().set_parameters(changes)
+        self._feedforward = self.parameters.enable_feedforward
         for name, pid in zip(self.joints, self._pids, strict=False):
             pid.set_gains(self.parameters.gains[name])
 
@@ -172,7 +178,7 @@ class PidController(ChainableController[PidControllerParameters]):
         self._last_error = error[0].copy()
         output = np.array([pid.compute(error[0, i], error[1, i], period)
                            for i, pid in enumerate(self._pids)])
-        if self._feedforward or self.parameters.enable_feedforward:
+        if self._feedforward:
             own = requested[-1] * np.array([gain.feedforward_gain for gain in gains])
             output += np.where(np.isfinite(own), own, 0.0)
         self._snapshot = PidSnapshot(

@@ -112,6 +112,23 @@ def test_feedforward(loop, by):
     np.testing.assert_allclose(controller.snapshot().output, [0.2, 0.4])
 
 
+def test_the_last_writer_of_the_feedforward_wins(loop):
+    """
+    The service switches off what the parameter switched on; a change of parameters resets it.
+
+    pid_controller.cpp: update_parameters and the service write the same flag.
+    """
+    made, controller = loop(p=0.0, more={'feedforward_gain': 2.0}, enable_feedforward=True)
+    controller.receive(BOTH, [0.1, 0.2], [])
+    outputs = []
+    for write in (lambda: None, lambda: controller.set_feedforward(False),
+                  lambda: controller.set_parameters({'gains.a.d': 0.0})):
+        write()
+        made.step()
+        outputs.append(controller.snapshot().output[1])
+    np.testing.assert_allclose(outputs, [0.4, 0.0, 0.4])
+
+
 def test_wraparound(loop):
     """Where angles wrap around, the shorter way is taken."""
     made, controller = loop(p=1.0, more={'angle_wraparound': True})
