@@ -125,15 +125,24 @@ class PidController(ChainableController[PidControllerParameters]):
 
         :param names: of the degrees of freedom, in any order; empty is all in their order.
         :param values: a value per name, NaN for a value that stays as it is.
-        :param derivatives: a value per name, or empty.
+        :param derivatives: of the first names, of no use to a single interface.
         :returns: why they were dropped, '' where they were taken.
         """
+        if self._shape[0] == 1:
+            derivatives = ()
+        elif len(derivatives) < len(values):
+            lacking = len(values) - len(derivatives)
+            derivatives = (*derivatives, *[math.nan] * lacking)
         found = self._values.sorted(names, values, derivatives)
         return self.drop(found) if isinstance(found, str) else self.offer(found)
 
     def measure(self, names: Sequence[str], values: Sequence[float],
                 derivatives: Sequence[float]) -> str:
-        """Take measured states, as :meth:`receive` takes references."""
+        """
+        Take measured states, as :meth:`receive` takes references.
+
+        :param derivatives: a value per name, or empty; always empty for a single interface.
+        """
         found = self._values.sorted(names, values, derivatives)
         if isinstance(found, str):
             return self.drop(found)

@@ -172,7 +172,6 @@ def test_live_gains(loop):
         ((['a'], [math.inf], []), 'inf'),
         ((['a'], [math.nan], []), 'nan'),
         (([], [], []), '0 values'),
-        ((['a'], [0.1], [0.1]), 'derivatives'),
     ],
 )
 def test_garbage(loop, message, word):
@@ -182,6 +181,30 @@ def test_garbage(loop, message, word):
     made.run(0.2)
     np.testing.assert_allclose(made.hardware.state.position, 0.0, atol=1e-12)
     assert any(word in text for text in made.texts())
+
+
+def test_a_single_interface_has_no_use_for_derivatives_of_references(loop):
+    """pid_controller.cpp, reference_callback: the reference is taken all the same."""
+    made, controller = loop()
+    assert controller.receive(BOTH, [0.1, 0.2], [0.5, 0.5]) == ''
+    made.step()
+    np.testing.assert_array_equal(controller.snapshot().reference, [[0.1, 0.2]])
+
+
+def test_references_with_the_derivatives_of_the_first_names(loop):
+    """The others stay as they are (pid_controller.cpp, reset_controller_reference_msg)."""
+    made, controller = loop(reference_and_state_interfaces=['position', 'velocity'])
+    assert controller.receive(['b', 'a'], [0.2, 0.1], [0.5]) == ''
+    made.step()
+    np.testing.assert_array_equal(controller.snapshot().reference, [[0.1, 0.2], [0.0, 0.5]])
+
+
+def test_a_single_interface_takes_no_measured_derivatives(loop):
+    """pid_controller.cpp, on_configure: values_dot of a measured state needs two interfaces."""
+    made, controller = loop(use_external_measured_states=True)
+    made.texts()
+    assert 'derivatives' in controller.measure(BOTH, [0.1, 0.2], [0.5, 0.5])
+    assert any('derivatives' in text for text in made.texts())
 
 
 @pytest.mark.parametrize(
