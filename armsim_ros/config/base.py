@@ -214,7 +214,7 @@ def _problem(kind: type[BaseModel], node: YamlNode, detail: Any, title: str,
     where = culprit.place
     given = culprit if steps == len(path) and path else None
     if detail['type'] == 'extra_forbidden':
-        known = [*_keys_at(kind, path[:-1]), *unused]
+        known = [*keys_at(kind, path[:-1]), *unused]
         hint = nearest(str(path[-1]), known)
         allowed = ', '.join(known) if len(known) <= MOST_NAMES_SHOWN or not hint else ''
         return Problem(f"{title}: key '{name}' is not known", where, allowed, hint)
@@ -262,7 +262,7 @@ def _refine(node: YamlNode, path: Sequence[str | int], text: str) -> Location | 
     return hits[0] if hits else None
 
 
-def _keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:
+def keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:
     """Return the keys that are known at a path inside a block of settings."""
     inside: Any = kind
     for step in path:

@@ -10,6 +10,7 @@ import re
 from typing import Any
 
 from armsim_ros.config.base import (
+    keys_at,
     known_keys,
     parameter,
     read_settings,
@@ -131,6 +132,9 @@ ROS1_TYPES: Mapping[str, Ros1Type] = {
     'effort_controllers/JointGroupPositionController':
         Ros1Type('position_controllers/JointGroupPositionController'),
 }
+
+#: Parameters that hold an entry for each joint of the controller.
+_ENTRIES_PER_JOINT = ('constraints', 'gains', 'velocity_ff')
 
 #: Parameters that every ROS 2 controller has, and some of ROS 1 -> why they have no effect here.
 UNUSED_CONTROLLER_KEYS: Mapping[str, str] = {
@@ -265,8 +269,7 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
             f'{title}: the gains go to the simulated drives, where they take effect; '
             'upstream reads none of a position controller', block.entries['gains'].place,
             severity=Severity.CHANGED))
-    if published and canonical == TRAJECTORY:
-        block = _without_strange_joints(title, block, problems)
+    block = _without_strays(title, block, parameters, problems, published=published)
     unused = {key: why for key, why in UNUSED_CONTROLLER_KEYS.items()
               if key not in known_keys(parameters)}
     checked = read_settings(parameters, block, problems, title=title, unused=unused)
@@ -276,23 +279,45 @@ def read_controller(name: str, node: YamlNode, problems: list[Problem], *,
         name=name, type=canonical, source_type=source_type, parameters=checked)
 
 
-def _without_strange_joints(title: str, block: YamlNode, problems: list[Problem]) -> YamlNode:
-    """Return the block without gains and tolerances of joints that the controller lacks."""
-    listed = block.get('joints')
-    joints = [str(item.value) for item in listed.items] if listed is not None else []
-    for key in ('constraints', 'gains'):
+def _without_strays(
+    title: str, block: YamlNode, parameters: type[Settings], problems: list[Problem], *,
+    published: bool
+) -> YamlNode:
+    """
+    Return the block without what upstream does not read of the entries for each joint.
+
+    That is a key of no meaning, and in a published file what belongs to foreign joints.
+    """
+    joints = _own_joints(block)
+    for key in _ENTRIES_PER_JOINT:
         inner = block.get(key)
-        if inner is None or not joints:
+        if inner is None or not joints or key not in known_keys(parameters):
             continue
-        strange = [name for name, entry in inner.entries.items()
-                   if entry.is_mapping and name not in joints]
-        for name in strange:
-            problems.append(ignored(Problem(
-                f"{title}: {key}: '{name}' is not among the controller's joints and has no effect",
-                inner.entries[name].place, ', '.join(joints), nearest(name, joints))))
-        if strange:
-            block = block.with_value({**block.entries, key: inner.without(*strange)})
+        known = keys_at(parameters, (key,))
+        strays = []
+        for name, entry in inner.entries.items():
+            if name in joints or name in known:
+                continue
+            if known and not entry.is_mapping:
+                problem = Problem(f"{title}: key '{key}.{name}' is not known", entry.place,
+                                  ', '.join(known), nearest(name, known))
+            elif published:
+                problem = Problem(
+                    f"{title}: {key}: '{name}' is not among the controller's joints and has no "
+                    'effect', entry.place, ', '.join(joints), nearest(name, joints))
+            else:
+                continue
+            strays.append(name)
+            problems.append(ignored(problem))
+        if strays:
+            block = block.with_value({**block.entries, key: inner.without(*strays)})
     return block
+
+
+def _own_joints(block: YamlNode) -> list[str]:
+    """Return the joints that a controller's block names as its own."""
+    listed = [node for key in ('joints', 'dof_names', 'joint') if (node := block.get(key))]
+    return [str(item.value) for node in listed for item in node.items or (node,)]
 
 
 def _commands_position(block: YamlNode) -> bool:
