@@ -59,22 +59,25 @@ def step_coefficients(end: Matrix) -> Matrix:
     return c
 
 
-def coefficients_between(waypoints: Waypoints, *, splines: bool, effort: bool) -> Matrix:
+def coefficients_between(
+    begins: Waypoints, ends: Waypoints, *, splines: bool, effort: bool
+) -> Matrix:
     """
     Return the coefficients of the m - 1 segments between m waypoints.
 
-    :param waypoints: with a position for every joint.
+    :param begins: with a position for every joint, and the derivatives where segments begin.
+    :param ends: the same points, and the derivatives where segments end.
     :param splines: polynomials; else every segment rests at its end point's values.
     :param effort: whether effort is interpolated too.
     """
     if not splines:
-        return step_coefficients(point_values(waypoints, effort=effort)[1:])
-    states = np.stack((waypoints.positions, waypoints.velocities, waypoints.accelerations))
-    levels = waypoints.levels
-    c = spline_coefficients(
-        np.diff(waypoints.times), np.minimum(levels[:-1], levels[1:]), states[:, :-1],
-        states[:, 1:])
-    return with_effort(c, waypoints.effort[:-1], waypoints.effort[1:]) if effort else c
+        return step_coefficients(point_values(ends, effort=effort)[1:])
+    start, end = (
+        np.stack((points.positions, points.velocities, points.accelerations))
+        for points in (begins, ends))
+    levels = np.minimum(begins.levels[:-1], ends.levels[1:])
+    c = spline_coefficients(np.diff(ends.times), levels, start[:, :-1], end[:, 1:])
+    return with_effort(c, ends.effort[:-1], ends.effort[1:]) if effort else c
 
 
 def point_values(waypoints: Waypoints, *, effort: bool) -> Matrix:
@@ -171,7 +174,8 @@ class PreparedTrajectory:
         self._splines, self._effort, self._rest_at_end = splines, effort, rest_at_end
         self._between: Matrix | None = None
         if waypoints.complete:
-            self._between = coefficients_between(waypoints, splines=splines, effort=effort)
+            self._between = coefficients_between(
+                waypoints, waypoints, splines=splines, effort=effort)
 
     def start_ns(self, stamp_ns: int) -> int:
         """
@@ -195,11 +199,14 @@ class PreparedTrajectory:
         :param held: (n,) positions of the joints that the trajectory does not name.
         """
         joints = len(held)
-        full, between = self.waypoints, self._between
+        full = begins = self.waypoints
+        between = self._between
         time = min(time, float(full.times[-1]))
         if between is None:
-            full = full.held(held).integrated(time, state[: 3 * joints].reshape(3, joints))
-            between = coefficients_between(full, splines=self._splines, effort=self._effort)
+            full, begins = full.held(held).integrated(
+                time, state[: 3 * joints].reshape(3, joints))
+            between = coefficients_between(
+                begins, full, splines=self._splines, effort=self._effort)
         times = full.times
         first = int(np.searchsorted(times, time + TIME_RESOLUTION, side='right'))
         at_start = first > 0 and math.isclose(times[first - 1], time, abs_tol=TIME_RESOLUTION)
@@ -215,21 +222,21 @@ class PreparedTrajectory:
             final[joints : 3 * joints] = 0.0
         if first == len(times):
             return Motion.standing(final, time)
-        lead_in = self._lead_in(full, first, time, state, at_start=at_start, step=step)
+        lead_in = self._lead_in(full, begins, first, time, state, at_start=at_start, step=step)
         return Motion(
             time, times[first:].tolist(), np.concatenate((lead_in, between[first:])), final)
 
     def _lead_in(
-        self, full: Waypoints, first: int, time: float, state: Vector, *, at_start: bool,
-        step: bool
+        self, full: Waypoints, begins: Waypoints, first: int, time: float, state: Vector, *,
+        at_start: bool, step: bool
     ) -> Matrix:
         joints = len(full.named)
         states = state[: 3 * joints].reshape(3, 1, joints).copy()
         level = QUINTIC
         if at_start:
             row = first - 1
-            level = int(full.levels[row])
-            states[1:, 0] = np.nan_to_num((full.velocities[row], full.accelerations[row]))
+            level = int(begins.levels[row])
+            states[1:, 0] = np.nan_to_num((begins.velocities[row], begins.accelerations[row]))
             if step:
                 states[0, 0] = full.positions[row]
         if not self._splines:

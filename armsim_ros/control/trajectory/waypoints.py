@@ -115,29 +115,41 @@ class Waypoints:
         filled[np.ix_(with_positions, ~self.named)] = positions[~self.named]
         return replace(self, positions=filled)
 
-    def integrated(self, time: float, start: Matrix) -> Waypoints:
+    def integrated(self, time: float, start: Matrix) -> tuple[Waypoints, Waypoints]:
         """
         Fill missing velocities and positions with the trapezoid rule, point after point.
 
+        The rule takes derivatives that the point before lacks as 0. The segment between the two
+        begins with them; the segment before ends without.
+
         :param time: when the start state holds [s].
         :param start: (3, n) position, velocity, acceleration before the first point.
+        :returns: the points where segments end, and where they begin.
         """
         if self.complete:
-            return self
+            return self, self
         positions, velocities = self.positions.copy(), self.velocities.copy()
+        begin_velocities, begin_accelerations = velocities.copy(), self.accelerations.copy()
         p, v, a = start
         for row, now in enumerate(self.times):
             dt = now - time
             a_next = self.accelerations[row]
             a_next = np.where(np.isnan(a_next), 0.0, a_next)
             if np.isnan(positions[row]).any():
+                if row:
+                    begin_velocities[row - 1] = v
                 if np.isnan(velocities[row]).any():
                     velocities[row] = v + 0.5 * dt * (a + a_next)
+                    if row:
+                        begin_accelerations[row - 1] = a
                 missing = np.isnan(positions[row])
                 positions[row, missing] = (p + 0.5 * dt * (v + velocities[row]))[missing]
             p, a, time = positions[row], a_next, now
+            begin_velocities[row] = velocities[row]
             v = np.where(np.isnan(velocities[row]), 0.0, velocities[row])
-        return replace(self, positions=positions, velocities=velocities)
+        ends = replace(self, positions=positions, velocities=velocities)
+        return ends, replace(
+            ends, velocities=begin_velocities, accelerations=begin_accelerations)
 
     def shifted(self, offset: Matrix) -> Waypoints:
         """Subtract (n,) ``offset`` [rad or m] from every position."""

@@ -132,6 +132,31 @@ def test_accelerations_are_integrated_twice(trajectory):
     np.testing.assert_allclose(m.at(2.0)[:2], [2.0, 2.0])
 
 
+@pytest.mark.parametrize(
+    ('point', 'expected'),
+    [(([], [1.0]), [(1.0, 0.0), (1.125, 0.5), (1.5, 1.0)]),
+     (([], [], [1.0]), [(1.0, 0.0), (1.0625, 0.28125), (1.25, 0.5)])],
+    ids=['cubic', 'quintic'],
+)
+def test_a_segment_to_an_integrated_point_begins_at_rest(trajectory, point, expected):
+    """
+    If the point before gives no derivatives; the segment to that point remains a line.
+
+    trajectory.cpp, deduce_from_derivatives: what the first state lacks becomes 0.
+    """
+    m = motion(trajectory, (1.0, [1.0]), (2.0, *point))
+    np.testing.assert_allclose(m.at(0.9)[:2], [0.9, 1.0])
+    values = [m.at(t)[:2] for t in (1.0 + 1e-12, 1.5, 2.0)]
+    np.testing.assert_allclose(values, expected, atol=1e-9)
+
+
+def test_a_first_point_at_the_start_is_left_at_rest_towards_an_integrated_one(trajectory):
+    """The same rule where the segment begins in the state at the start."""
+    m = motion(trajectory, (0.0, [0.0]), (1.0, [], [1.0]))
+    np.testing.assert_allclose([m.at(t)[:2] for t in (0.0, 0.5, 1.0)],
+                               [(0.0, 0.0), (0.125, 0.5), (0.5, 1.0)], atol=1e-12)
+
+
 def test_effort_is_linear_by_itself(trajectory):
     """F11: effort runs on a line, whatever the degree; a point without it counts as 0."""
     m = motion(
