@@ -54,6 +54,11 @@ class Pid:
         self._time_constant = gains.tracking_time_constant or _time_constant(gains)
         self._integral = min(max(self._integral, self._lower), self._upper)
 
+    @property
+    def integral(self) -> float:
+        """The integral part of the output."""
+        return self._integral
+
     def reset(self) -> None:
         """Forget the integral part and the last output."""
         self._integral = 0.0

@@ -5,12 +5,15 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Literal
 
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings, unique_names
+
+_PART_OF_A_TOPIC = re.compile(r'[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
 
 
 class PidGains(Settings):
@@ -58,6 +61,8 @@ class DofGains(PidGains):
         0.0, 'share of the reference, or of its derivative, in the command', allow_inf_nan=False)
     angle_wraparound: bool = parameter(False, 'take the shorter way round')
     save_i_term: bool = parameter(True, 'keep the integral part through a deactivation')
+    activate_state_publisher: bool = parameter(
+        False, 'publish the parts of the command on ~/<dof>/pid_state')
 
 
 class PidControllerParameters(ControllerParameters):
@@ -97,6 +102,10 @@ class PidControllerParameters(ControllerParameters):
         if strange:
             raise ValueError(f"gains: '{strange[0]}' is not among dof_names "
                              f'({", ".join(self.dof_names)})')
+        for name, gains in self.gains.items():
+            if gains.activate_state_publisher and not _PART_OF_A_TOPIC.fullmatch(name):
+                raise ValueError(f"gains: '{name}' cannot be part of a topic's name, as "
+                                 'activate_state_publisher needs it')
         return self
 
     @property

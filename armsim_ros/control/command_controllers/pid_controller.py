@@ -35,6 +35,7 @@ class PidSnapshot:
     :param reference: (k, n) of the one or two interfaces; ``feedback`` likewise.
     :param error: (2, n) of the first interface, and its derivative.
     :param output: (n,) what was commanded.
+    :param integral: (n,) its integral parts.
     :param period: since the update before [s].
     """
 
@@ -44,6 +45,7 @@ class PidSnapshot:
     feedback: Matrix
     error: Matrix
     output: Vector
+    integral: Vector
     period: float
 
 
@@ -192,7 +194,7 @@ class PidController(ChainableController[PidControllerParameters]):
             output += np.where(np.isfinite(own), own, 0.0)
         self._snapshot = PidSnapshot(
             time_ns, self.parameters.measured, requested.copy(), feedback.copy(), error, output,
-            period)
+            np.array([pid.integral for pid in self._pids]), period)
         self._output.write(output)
 
     def _feedback(self) -> Matrix:

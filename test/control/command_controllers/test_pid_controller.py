@@ -216,6 +216,7 @@ def test_a_single_interface_takes_no_measured_derivatives(loop):
         ({'gains': {}}, 'gains.a'),
         ({'reference_and_state_dof_names': ['a', 'b']}, 'reference_and_state_dof_names'),
         ({'gains': {'a': {}, 'z': {}}}, "'z'"),
+        ({'dof_names': ['a-b'], 'gains': {'a-b': {'activate_state_publisher': True}}}, "'a-b'"),
     ],
 )
 def test_missing_parameters(rig, changes, missing):
@@ -246,6 +247,7 @@ def test_the_integral_part_may_survive_a_deactivation(loop, kept):
     made.run(0.5)
     before = made.hardware.command.velocity[0]
     assert before == pytest.approx(0.5, abs=0.02)
+    assert controller.snapshot().integral[0] == pytest.approx(before)
     made.manager.switch(deactivate=['loop'])
     made.manager.switch(activate=['loop'])
     made.step()

@@ -14,6 +14,7 @@ from control_msgs.msg import (
     JointTrajectoryControllerState,
     MultiDOFCommand,
     MultiDOFStateStamped,
+    PidState,
     SingleDOFState,
 )
 from geometry_msgs.msg import WrenchStamped
@@ -31,12 +32,12 @@ from armsim_ros.control.command_controllers.admittance_controller import (
 )
 from armsim_ros.control.command_controllers.forward_command_controller import ForwardController
 from armsim_ros.control.command_controllers.gpio_command_controller import GpioCommandController
-from armsim_ros.control.command_controllers.pid_controller import PidController
+from armsim_ros.control.command_controllers.pid_controller import PidController, PidSnapshot
 from armsim_ros.control.joint_state_broadcaster import JointStateLayout, JointStateSnapshot
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.model.transforms import matrix_from_axis_angle, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.time import fill_time
+from armsim_ros.nodes.conversions.time import fill_duration, fill_time
 from armsim_ros.nodes.conversions.trajectory import (
     DynamicJointStateBuffer,
     serialized_joint_state,
@@ -98,6 +99,46 @@ class ControllerStatePublisher:
             self._publisher.publish(self._message.of(snapshot), time_ns)
 
 
+class PidStates:
+    """
+    Publishes the parts of commands while ``activate_state_publisher`` of their gains is true.
+
+    As upstream, the fields ``p_term``, ``i_term`` and ``d_term`` are the gains.
+    """
+
+    def __init__(self, node: Node, controller: PidController) -> None:
+        self._node, self._controller = node, controller
+        self._publishers: dict[str, WantedPublisher] = {}
+        self._published_ns = -1
+
+    def publish(self, snapshot: PidSnapshot) -> None:
+        """Publish a snapshot, if it is new."""
+        if snapshot.time_ns == self._published_ns:
+            return
+        self._published_ns = snapshot.time_ns
+        parameters = self._controller.parameters
+        for i, name in enumerate(parameters.dof_names):
+            if parameters.gains[name].activate_state_publisher:
+                self._publish(name, snapshot, i)
+
+    def _publish(self, name: str, snapshot: PidSnapshot, i: int) -> None:
+        if name not in self._publishers:
+            self._publishers[name] = WantedPublisher(
+                self._node, PidState, f'~/{name}/pid_state', qos.STATE)
+        if not self._publishers[name].wanted(snapshot.time_ns):
+            return
+        error, change = snapshot.error[:, i].tolist()
+        gains = self._controller.parameters.gains[name]
+        lower, upper = gains.integral_bounds
+        message = PidState(
+            error=error, error_dot=change, p_error=error, i_error=float(snapshot.integral[i]),
+            d_error=change, p_term=gains.p, i_term=gains.i, d_term=gains.d, i_max=upper,
+            i_min=lower, output=float(snapshot.output[i]))
+        fill_time(message.header.stamp, snapshot.time_ns)
+        fill_duration(message.timestep, snapshot.period)
+        self._publishers[name].publish(message, snapshot.time_ns)
+
+
 class PidTopics:
     """Passes references to the controller and publishes its state."""
 
@@ -105,6 +146,7 @@ class PidTopics:
         self._controller = controller
         self._publisher = WantedPublisher(
             node, MultiDOFStateStamped, '~/controller_state', qos.STATE)
+        self._states = PidStates(node, controller)
         self._published_ns = -1
         self._inputs: list[Any] = [
             node.create_subscription(MultiDOFCommand, '~/reference', self._refer, qos.COMMAND),
@@ -118,9 +160,10 @@ class PidTopics:
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""
         snapshot = self._controller.snapshot()
-        if snapshot is None or not self._publisher.wanted(time_ns):
+        if snapshot is None:
             return
-        if snapshot.time_ns == self._published_ns:
+        self._states.publish(snapshot)
+        if not self._publisher.wanted(time_ns) or snapshot.time_ns == self._published_ns:
             return
         self._published_ns = snapshot.time_ns
         message = MultiDOFStateStamped(dof_states=[
