@@ -284,7 +284,7 @@ def looking_with(lookup: Lookup) -> Iterator[Lookup]:
             yield lookup
     finally:
         if before is None:
-            del os.environ[AMENT_PREFIX_PATH]
+            os.environ.pop(AMENT_PREFIX_PATH, None)
         else:
             os.environ[AMENT_PREFIX_PATH] = before
         _CURRENT.reset(token)

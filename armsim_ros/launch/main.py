@@ -14,7 +14,12 @@ import sys
 from armsim_ros.cli.arguments import UsageError
 from armsim_ros.errors import ArmsimError, nearest, USAGE_STATUS
 from armsim_ros.launch.api.configuration import declared_arguments, DeclareLaunchArgument
-from armsim_ros.launch.api.context import describe_text, LaunchContext, LaunchDescriptionEntity
+from armsim_ros.launch.api.context import (
+    describe_text,
+    LaunchContext,
+    LaunchDescriptionEntity,
+    replace_environment,
+)
 from armsim_ros.launch.api.description import (
     AnyLaunchDescriptionSource,
     format_entities,
@@ -329,6 +334,7 @@ class Launch:
     @contextmanager
     def _evaluating(self, report: Report) -> Iterator[None]:
         """Let the file import what it needs, and report what the user's code raises."""
+        environment = dict(os.environ)
         try:
             with looking_with(self._words.lookup), importable(self._words.lookup):
                 yield
@@ -338,6 +344,8 @@ class Launch:
             if end.code not in (None, 0):
                 report.failure(RuntimeError(f'the launch file ended itself: {end.code}'),
                                str(self._words.file))
+        finally:
+            replace_environment(environment)
 
 
 def _includes(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[IncludeLaunchDescription]:

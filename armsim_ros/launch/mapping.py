@@ -173,7 +173,8 @@ class Mapping:
         """Give the first robot that is spawned to the simulation."""
         given = read_spawn_arguments(_words(spec))
         node = spec.node or RosNode('-', 'create')
-        text = given.text or self._read(given.file) or node.merged().get(_DESCRIPTION) \
+        text = given.text or self._read(given.file, spec.environment) \
+            or node.merged().get(_DESCRIPTION) \
             or (self._description(node) if given.by_topic else '')
         if _SDF_ROBOT.search(str(text)) and '<robot' not in str(text):
             text = self._description(node)
@@ -262,12 +263,12 @@ class Mapping:
         own = self._descriptions.get(node.namespace)
         return own or next(iter(self._descriptions.values()), '')
 
-    def _read(self, file: str) -> str:
+    def _read(self, file: str, environment: dict[str, str]) -> str:
         """Return the text of a file, or of the model whose folder has this name."""
         if not file:
             return ''
         folders = [Path(folder) for name in _MODEL_PATHS
-                   for folder in os.environ.get(name, '').split(os.pathsep) if folder]
+                   for folder in environment.get(name, '').split(os.pathsep) if folder]
         folders += [folder for package in current_lookup().packages.names().values()
                     for folder in (package, package / 'models')]
         for place in (Path(file), *(folder / file / 'model.sdf' for folder in folders)):

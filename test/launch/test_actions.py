@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actions of launch files."""
 
+import os
+
+from armsim_ros.launch.engine import watchdog
+
 
 def test_declare_launch_argument_sets_its_default_unless_given(entities):
     """P36 DeclareLaunchArgument: the default counts only where no value is given."""
@@ -196,3 +200,19 @@ def test_a_circle_of_exit_handlers_is_stopped(entities):
     """)
     assert said.status == 2
     assert 'an exit handler seems to start its own process again' in said.errors
+
+
+def test_the_environment_is_that_of_the_launch_program(entities, monkeypatch):
+    """launch/launch_context.py, environment: os.environ, for the file's own code, too."""
+    monkeypatch.delenv('ROOM', raising=False)
+    said = entities("""
+        node(EnvironmentVariable('ROOM')),
+        GroupAction([
+            SetEnvironmentVariable('ROOM', 'kitchen'),
+            OpaqueFunction(function=lambda context: [node(os.environ['ROOM'])])]),
+        OpaqueFunction(function=lambda context: [node(f"{os.environ['ROOM']}_again")]),
+        ResetEnvironment(),
+        node(EnvironmentVariable('ROOM', default_value='none')),
+    """, before="import os\nos.environ['ROOM'] = 'hall'")
+    assert list(said.processes()) == ['hall', 'kitchen', 'hall_again', 'none']
+    assert 'ROOM' not in os.environ

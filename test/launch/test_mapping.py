@@ -94,9 +94,9 @@ PLUGIN = '<plugin filename="gz_ros2_control-system" name="gz_ros2_control::Gazeb
 URDF = '<robot name="r"><ros2_control name="s" type="system"/></robot>'
 
 
-def create(file):
+def create(file, **more):
     """Return the spawner of a model in a file."""
-    return Node(package='ros_gz_sim', executable='create', arguments=['-file', str(file)])
+    return Node(package='ros_gz_sim', executable='create', arguments=['-file', str(file)], **more)
 
 
 @pytest.mark.parametrize('executable', ['create', 'spawn_entity.py'])
@@ -133,6 +133,15 @@ def test_a_model_is_found_by_its_name(decided, tmp_path, folder):
         (missing,), _ = decided(create('leg'))
     assert spawned.simulation is not None
     assert missing.note == "'leg' is not found and not spawned"
+
+
+def test_a_model_is_found_where_the_launch_file_says(decided, tmp_path):
+    """The resource paths are those of the process, which a group of the file may have set."""
+    (tmp_path / 'arm').mkdir()
+    (tmp_path / 'arm' / 'model.sdf').write_text(URDF)
+    found = create('arm', additional_env={'GZ_SIM_RESOURCE_PATH': str(tmp_path)})
+    (spawned,), _ = decided(found)
+    assert spawned.simulation is not None
 
 
 @pytest.mark.parametrize('urdf', ['', URDF.replace('ros2_control', 'gazebo')])

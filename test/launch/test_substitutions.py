@@ -87,6 +87,17 @@ def test_command_runs_xacro_inside(entities, workspace):
     assert f'<link name="b_{workspace}"/>' in said.errors
 
 
+def test_xacro_sees_the_environment_of_the_launch(entities, workspace):
+    """``$(optenv)`` of a robot description is what SetEnvironmentVariable has set."""
+    (workspace / 'config' / 'r.xacro').write_text(
+        '<robot name="r"><link name="$(optenv ARM_KIND none)"/></robot>')
+    said = entities("""
+        SetEnvironmentVariable('ARM_KIND', 'left'),
+        LogInfo(msg=Command(['xacro ', FindPackageShare('mine'), '/config/r.xacro'])),
+    """)
+    assert '<link name="left"/>' in said.errors
+
+
 def test_a_missing_package_is_named(entities):
     """P41: a package that is nowhere is named, and the rest of the file is looked at."""
     said = entities("""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, MutableMapping
 import os
 from typing import Any
 
@@ -100,7 +100,7 @@ class _SetAction(Action):
         return f'{type(self).__name__}({describe_text(self._name)})'
 
     @staticmethod
-    def _values(context: LaunchContext) -> dict[str, str]:
+    def _values(context: LaunchContext) -> MutableMapping[str, str]:
         """Return the dictionary that holds the value."""
         raise NotImplementedError
 
@@ -181,15 +181,14 @@ class ResetEnvironment(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Reset it."""
-        context.environment.clear()
-        context.environment.update(os.environ)
+        context.reset_environment()
 
 
 class SetEnvironmentVariable(_SetAction):
     """Sets an environment variable of the processes."""
 
     @staticmethod
-    def _values(context: LaunchContext) -> dict[str, str]:
+    def _values(context: LaunchContext) -> MutableMapping[str, str]:
         return context.environment
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
 import os
 from types import SimpleNamespace
 from typing import Any, TYPE_CHECKING, Union
@@ -112,13 +112,13 @@ class LaunchContext:
         self.argv = list(argv or ())
         self.noninteractive, self.engine = noninteractive, engine
         self.launch_configurations: dict[str, Any] = {}
-        self.environment: dict[str, str] = dict(os.environ)
         self.is_shutdown = False
         self.asyncio_loop = None
         self._globals: dict[str, Any] = {}
         self._locals: list[dict[str, Any]] = [{}]
         self._configurations: list[dict[str, Any]] = []
         self._environments: list[dict[str, str]] = []
+        self._first_environment = dict(os.environ)
 
     def perform_substitution(self, substitution: Substitution) -> str:
         """
@@ -132,6 +132,11 @@ class LaunchContext:
             raise failure.at(substitution.where) from None
 
     # Configurations and environment, scoped by groups.
+
+    @property
+    def environment(self) -> MutableMapping[str, str]:
+        """The environment of this process, which the processes of the launch inherit."""
+        return os.environ
 
     def push_launch_configurations(self) -> None:
         """Begin a scope."""
@@ -147,7 +152,11 @@ class LaunchContext:
 
     def pop_environment(self) -> None:
         """End a scope of the environment."""
-        self.environment = self._environments.pop()
+        replace_environment(self._environments.pop())
+
+    def reset_environment(self) -> None:
+        """Restore the environment that the launch began with."""
+        replace_environment(self._first_environment)
 
     # Values by name, as event handlers and OpaqueFunctions use them.
 
@@ -202,6 +211,12 @@ class LaunchContext:
     def current_file(self) -> str:
         """The launch file that is being visited, '' if there is none."""
         return str(self.get_locals_as_dict().get('current_launch_file_path', ''))
+
+
+def replace_environment(variables: Mapping[str, str]) -> None:
+    """Make these the environment of this process."""
+    os.environ.clear()
+    os.environ.update(variables)
 
 
 _TRUE = ('true', '1', 'on', 'yes')
@@ -344,11 +359,6 @@ def coerce(text: Any, kind: Any) -> Any:
     raise LaunchError(f"'{text}' is not a valid {getattr(kind, '__name__', kind)}")
 
 
-def create_future(_loop: Any) -> None:
-    """Return None: the event loop keeps track of what to wait for."""
-    return None
-
-
 def entities_of_result(result: Any, where: Location | None
                        ) -> list[LaunchDescriptionEntity] | None:
     """
@@ -365,22 +375,3 @@ def entities_of_result(result: Any, where: Location | None
         return normalize_to_list_of_entities(result)
     raise LaunchError(f"the function returned '{result}' of type {type(result).__name__}; "
                       'allowed: None, or a list of actions', where)
-
-
-def ensure_argument_type(argument: Any, types: Any, name: str, caller: str | None = None) -> None:
-    """Refuse an argument of a wrong type with a TypeError, as launch does."""
-    kinds = tuple(types) if isinstance(types, Sequence) else (types,)
-    if not isinstance(argument, kinds):
-        names = ', '.join(kind.__name__ for kind in kinds)
-        raise TypeError(f"{caller + ': ' if caller else ''}'{name}' is '{argument}' of type "
-                        f'{type(argument).__name__}; allowed: {names}')
-
-
-def is_a(value: Any, kind: type) -> bool:
-    """Return whether a value is of a type."""
-    return isinstance(value, kind)
-
-
-def is_a_subclass(value: Any, kind: type) -> bool:
-    """Return whether a value is a subclass of another."""
-    return isinstance(value, type) and issubclass(value, kind)

@@ -39,6 +39,7 @@ def _launch() -> Table:
         process,
         programs,
         substitutions,
+        utilities,
     )
 
     classes = _named(
@@ -108,10 +109,10 @@ def _launch() -> Table:
         'launch.frontend.expose': _named(files.expose_action, files.expose_substitution),
         'launch.utilities': _named(
             context.perform_substitutions, context.normalize_to_list_of_substitutions,
-            context.normalize_to_list_of_entities, context.ensure_argument_type,
-            context.is_a, context.is_a_subclass, context.create_future),
+            context.normalize_to_list_of_entities, utilities.ensure_argument_type,
+            utilities.is_a, utilities.is_a_subclass, utilities.create_future),
         'launch.utilities.type_utils': _named(
-            context.is_a, perform_typed_substitution=context.coerce),
+            utilities.is_a, perform_typed_substitution=context.coerce),
         'launch.substitutions.substitution_failure': _named(failures.SubstitutionFailure),
         'launch.logging': _named(
             actions.get_logger, actions.launch_config, actions.get_output_loggers),
