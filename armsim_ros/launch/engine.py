@@ -20,7 +20,7 @@ from typing import Any
 
 from armsim_ros.errors import Location, USAGE_STATUS
 from armsim_ros.launch.api import events
-from armsim_ros.launch.api.context import LaunchContext, LaunchDescriptionEntity
+from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import (
     calling_place,
@@ -120,6 +120,8 @@ class Engine:
         self._starts = 0
         self._is_absent = False
         self._tasks: set[asyncio.Task[Any]] = set()
+        # The event of each action that goes on after its visit, None where nothing waits for it.
+        self._unfinished: dict[Action, events.ExecutionComplete | None] = {}
         context.engine = self
 
     # What actions request.
@@ -141,14 +143,34 @@ class Engine:
         """Queue an event; the end of what never ran does not end the launch."""
         if not (self._is_absent and isinstance(event, events.Shutdown)):
             self._jobs.append(lambda: self._handle(event))
+            self._runner.wake()
 
-    def call_later(self, period: float, due: Callable[[], Iterable[LaunchDescriptionEntity]]
-                   ) -> None:
-        """Visit entities after a time [s]."""
+    def executed(self, action: Action) -> None:
+        """Emit that an action is complete if a handler waits for it, once it is."""
+        event = events.ExecutionComplete(action=action)
+        if not any(handler.matches(event) for handler in self.handlers):
+            return
+        if action in self._unfinished:
+            self._unfinished[action] = event
+        else:
+            self.emit(event)
+
+    def _finish(self, action: Action, *, was_run: bool = True) -> None:
+        event = self._unfinished.pop(action, None)
+        if event is not None:
+            self._emit_end(event, was_run=was_run)
+
+    def call_later(self, action: Action, period: float,
+                   due: Callable[[], Iterable[LaunchDescriptionEntity]]) -> None:
+        """Visit entities after a time [s]; their action is complete then."""
         scope = self._capture()
-        heapq.heappush(self._timers, (
-            self._runner.now() + period, next(self._order),
-            lambda: self._visit_all(due(), scope)))
+
+        def do() -> None:
+            self._visit_all(due(), scope)
+            self._finish(action)
+
+        self._unfinished[action] = None
+        heapq.heappush(self._timers, (self._runner.now() + period, next(self._order), do))
 
     def start_process(self, action: ExecuteLocal, spec: ProcessSpec) -> None:
         """Start a process together with the others of its batch."""
@@ -156,6 +178,7 @@ class Engine:
         if self._starts > MOST_STARTS:
             raise StoppedError(f'{action.where}: more than {MOST_STARTS} processes were started; '
                                'an exit handler seems to start its own process again')
+        self._unfinished[action] = None
         self._batch.append((action, spec))
 
     def tell_unknown(self, text: str) -> None:
@@ -170,11 +193,17 @@ class Engine:
         """Print a line as launch does."""
         self._report.log(level, text, logger)
 
-    def run_coroutine(self, coroutine: Coroutine[Any, Any, Any]) -> None:
-        """Run a user's coroutine concurrently."""
+    def run_coroutine(self, action: Action, coroutine: Coroutine[Any, Any, Any]) -> None:
+        """Run a user's coroutine concurrently; its action is complete at its end."""
+        def ended(task: asyncio.Task[Any]) -> None:
+            self._tasks.discard(task)
+            self._finish(action)
+            self._runner.wake()
+
+        self._unfinished[action] = None
         task = asyncio.get_running_loop().create_task(coroutine)
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(ended)
 
     # The loop.
 
@@ -212,8 +241,8 @@ class Engine:
         return self.status
 
     def _do_jobs(self) -> None:
-        while self._jobs:
-            with watchdog():
+        with watchdog():
+            while self._jobs:
                 self._jobs.popleft()()
 
     def _take_due(self) -> None:
@@ -236,10 +265,11 @@ class Engine:
                                         cwd=spec.cwd, env=spec.environment))
 
     def process_ended(self, action: ExecuteLocal, name: str, pid: int, spec: ProcessSpec,
-                      status: int, *, was_run: bool = True) -> None:
+                      status: int, *, was_run: bool = True, is_last: bool = True) -> None:
         """
         Emit the event of an ended process.
 
+        :param is_last: whether the process is not started again.
         :param was_run: whether the process was there at all; the end of the launch does not
             depend on a process that was not.
         """
@@ -248,10 +278,9 @@ class Engine:
         if was_run or not action.ends_launch:
             scope = self._capture()
             self._jobs.append(lambda: self._visit_all(self._at_end(action, event), scope))
-        if was_run:
-            self.emit(event)
-        else:
-            self._jobs.append(lambda: self._handle_absent(event))
+        self._emit_end(event, was_run=was_run)
+        if is_last:
+            self._finish(action, was_run=was_run)
 
     def printed(self, action: ExecuteLocal, name: str, pid: int, text: bytes, fd: int) -> None:
         """Emit the event of a process's output."""
@@ -279,12 +308,16 @@ class Engine:
                 self._visit_all(handler.handle(event, self.context) or (),
                                 getattr(handler, 'scope', None))
 
-    def _handle_absent(self, event: Any) -> None:
-        self._is_absent = True
-        try:
-            self._handle(event)
-        finally:
-            self._is_absent = False
+    def _emit_end(self, event: Any, *, was_run: bool) -> None:
+        def handle() -> None:
+            self._is_absent = not was_run
+            try:
+                self._handle(event)
+            finally:
+                self._is_absent = False
+
+        self._jobs.append(handle)
+        self._runner.wake()
 
     def _begin_shutdown(self, event: events.Shutdown) -> None:
         if event.due_to_failure:

@@ -52,6 +52,9 @@ class Runner(Protocol):
     async def wait(self, until: float | None) -> None:
         """Wait for an event, at most for a time [s]."""
 
+    def wake(self) -> None:
+        """End a wait: there is something to do."""
+
     def send_signal(self, event: Any) -> None:
         """Send a signal to the processes that an event matches."""
 
@@ -82,6 +85,7 @@ class DryRunner:
     def open(self, engine: Engine) -> None:
         """Remember the engine."""
         self._engine = engine
+        self._changed = asyncio.Event()
 
     def start(self, batch: Batch) -> None:
         """Print each process and report its end."""
@@ -102,9 +106,16 @@ class DryRunner:
         return self._now
 
     async def wait(self, until: float | None) -> None:
-        """Let the time pass."""
+        """Let the time pass; without a time, wait for the end of a coroutine."""
         if until is not None:
             self._now = max(self._now, until)
+        else:
+            await self._changed.wait()
+        self._changed.clear()
+
+    def wake(self) -> None:
+        """End a wait."""
+        self._changed.set()
 
     def send_signal(self, event: Any) -> None:
         """Do nothing: nothing runs."""
@@ -206,6 +217,10 @@ class ProcessRunner:
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._changed.wait(), left)
         self._changed.clear()
+
+    def wake(self) -> None:
+        """End a wait."""
+        self._changed.set()
 
     def send_signal(self, event: Any) -> None:
         """Send a signal to the processes that an event matches."""
@@ -333,11 +348,13 @@ class ProcessRunner:
             self._lost.ended(ended.start.action, spec, ended.name, status)
         if ended.start.is_simulation:
             self._simulation_ended(status)
-        if not (ended.start.is_simulation and spec.label.endswith('create')):
-            self._engine.process_ended(ended.start.action, ended.name, ended.pid, spec, status)
         retries = spec.respawn_max_retries
-        if spec.respawn and not self._stopping and not ended.start.is_simulation and (
-                retries < 0 or ended.retries < retries):
+        respawns = spec.respawn and not self._stopping and not ended.start.is_simulation and (
+            retries < 0 or ended.retries < retries)
+        if not (ended.start.is_simulation and spec.label.endswith('create')):
+            self._engine.process_ended(ended.start.action, ended.name, ended.pid, spec, status,
+                                       is_last=not respawns)
+        if respawns:
             self._run(ended.start, ended.name, ended.retries + 1, spec.respawn_delay)
         self._changed.set()
 

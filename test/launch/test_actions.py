@@ -202,6 +202,68 @@ def test_a_circle_of_exit_handlers_is_stopped(entities):
     assert 'an exit handler seems to start its own process again' in said.errors
 
 
+def test_the_end_of_a_process_and_of_a_timer_are_complete_executions(entities):
+    """launch/action.py, visit: ExecutionComplete comes with the end of what the action started."""
+    said = entities("""
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(first := node('first')), on_completion=[node('after_first')])),
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(absent := Node(package='nowhere', executable='x')),
+            on_completion=[node('after_absent')])),
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(timer := TimerAction(period=2.0, actions=[node('timed')])),
+            on_completion=[node('after_timer')])),
+        timer, TimerAction(period=1.0, actions=[node('soon')]), first, absent,
+    """)
+    assert list(said.processes()) == [
+        'first', 'after_first', 'after_absent', 'soon', 'timed', 'after_timer']
+
+
+def test_an_action_that_starts_nothing_is_complete_after_its_visit(entities):
+    """launch/action.py, visit: the event comes at once; not if the condition does not hold."""
+    said = entities("""
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(done := LogInfo(msg='x')), on_completion=[node('after')])),
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(skipped := LogInfo(msg='y', condition=IfCondition('0'))),
+            on_completion=[node('never')])),
+        done, skipped,
+    """)
+    assert list(said.processes()) == ['after']
+
+
+def test_a_handler_that_is_registered_later_misses_the_completion(entities):
+    """launch/action.py, visit: only a handler that is there at the visit counts."""
+    said = entities("""
+        first := node('first'),
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=first, on_completion=[node('after_first')])),
+    """)
+    assert list(said.processes()) == ['first']
+
+
+def test_a_coroutine_is_complete_at_its_end(entities):
+    """launch/actions/opaque_coroutine.py, get_asyncio_future: its future is the coroutine's."""
+    said = entities("""
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(waits := OpaqueCoroutine(coroutine=asyncio.sleep, args=[0.01],
+                                                    ignore_context=True)),
+            on_completion=[node('after')])),
+        waits,
+    """, before='import asyncio')
+    assert list(said.processes()) == ['after']
+
+
+def test_completions_that_cause_each_other_for_ever_are_stopped(entities, monkeypatch):
+    """A handler of all actions is fired by its own actions, too."""
+    monkeypatch.setattr(watchdog.__wrapped__, '__defaults__', (0.2,))
+    said = entities("""
+        RegisterEventHandler(OnExecutionComplete(on_completion=[LogInfo(msg='again')])),
+    """)
+    assert said.status == 2
+    assert 'the launch file does not come to an end' in said.errors
+
+
 def test_the_environment_is_that_of_the_launch_program(entities, monkeypatch):
     """launch/launch_context.py, environment: os.environ, for the file's own code, too."""
     monkeypatch.delenv('ROOM', raising=False)

@@ -13,14 +13,21 @@ import pytest
 from armsim_ros.testing.program import Program
 
 HEAD = """
+import asyncio
+
 from launch import LaunchDescription
 from launch.actions import *
-from launch.event_handlers import OnProcessExit
+from launch.event_handlers import OnExecutionComplete, OnProcessExit
 from launch.events import Shutdown as ShutdownEvent
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 ENDS = []
+
+
+async def end(context):
+    await asyncio.sleep(0.5)
+    await context.emit_event(ShutdownEvent(reason='the coroutine has ended'))
 
 
 def sh(script, name, **more):
@@ -130,6 +137,30 @@ def test_a_process_that_respawns(launch):
     """)
     assert program.wait(30.0) == 0
     assert program.text.count('[again-1] once') >= 3
+
+
+def test_a_process_that_respawns_is_complete_after_its_last_end(launch):
+    """launch/actions/execute_local.py, __execute_process: its future is done without respawn."""
+    program = launch("""
+        RegisterEventHandler(OnExecutionComplete(
+            target_action=(respawned := sh('echo once', 'again', respawn=True,
+                                           respawn_max_retries=2)),
+            on_completion=[sh('echo done', 'b')])),
+        respawned,
+    """)
+    assert program.wait(40.0) == 0
+    assert program.text.count('[again-1] once') == 3
+    assert program.text.count('] done') == 1
+    assert program.text.index('] done') > program.text.rindex('[again-1] once')
+
+
+def test_a_coroutine_may_end_the_launch(launch):
+    """launch/actions/opaque_coroutine.py: an event that it emits is handled at once."""
+    program = launch(f"""
+        sh({FOREVER!r}, 'a'),
+        OpaqueCoroutine(coroutine=end),
+    """)
+    assert program.wait(20.0) == 0
 
 
 def test_a_timer_starts_a_process_later(launch):

@@ -138,7 +138,8 @@ class OpaqueCoroutine(Action):
         """Have the event loop run it."""
         first = () if self._ignore_context else (context,)
         if context.engine is not None:
-            context.engine.run_coroutine(self._coroutine(*first, *self._args, **self._kwargs))
+            context.engine.run_coroutine(
+                self, self._coroutine(*first, *self._args, **self._kwargs))
 
 
 class ForLoop(Action):

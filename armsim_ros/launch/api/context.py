@@ -90,7 +90,11 @@ class Action(LaunchDescriptionEntity):
                      else condition(context))
             if not holds:
                 return None
-        return self.execute(context)
+        try:
+            return self.execute(context)
+        finally:
+            if context.engine is not None:
+                context.engine.executed(self)
 
     def execute(self, context: LaunchContext) -> Iterable[LaunchDescriptionEntity] | None:
         """Do it."""

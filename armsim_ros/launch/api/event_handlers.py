@@ -229,7 +229,7 @@ class TimerAction(Action):
                 raise LaunchError(f"the period of a TimerAction is '{text}'; allowed: a number "
                                     'of seconds', self.where) from None
         if context.engine is not None:
-            context.engine.call_later(float(period), self._due)
+            context.engine.call_later(self, float(period), self._due)
 
     def _due(self) -> Entities:
         return [] if self._cancelled else self._actions
