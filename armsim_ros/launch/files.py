@@ -146,7 +146,7 @@ def _of_body(name: str, body: Any, path: Path, line: Any) -> Element:
     if isinstance(body, list):
         return Element(name, {}, _children(body, path), where)
     if not isinstance(body, dict):
-        return Element(name, {} if body is None else {'value': body}, [], where)
+        return Element(name, {} if body is None else {'value': body}, [], where, is_typed=True)
     attributes: dict[str, Any] = {}
     children: list[Element] = []
     for key, value in body.items():
@@ -162,7 +162,7 @@ def _of_body(name: str, body: Any, path: Path, line: Any) -> Element:
             children.append(_of_body(str(key), value, path, value.get('__line__')))
         else:
             attributes[str(key)] = value
-    return Element(name, attributes, children, where)
+    return Element(name, attributes, children, where, is_typed=True)
 
 
 _T = TypeVar('_T')

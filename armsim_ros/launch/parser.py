@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from armsim_ros.errors import nearest
 from armsim_ros.launch.api import actions, configuration, event_handlers, ros_node
 from armsim_ros.launch.api.configuration import IfCondition, UnlessCondition
-from armsim_ros.launch.api.context import coerce, LaunchDescriptionEntity, Substitution
+from armsim_ros.launch.api.context import LaunchDescriptionEntity, Substitution, TextSubstitution
 from armsim_ros.launch.api.description import (
     AnyLaunchDescriptionSource,
     IncludeLaunchDescription,
@@ -53,8 +53,13 @@ class Parser:
         return parse_substitution(text, self.substitutions)
 
     def parse_if_substitutions(self, value: Any) -> Any:
-        """Return a text as substitutions, other values as they are."""
-        return self.parse_substitution(value) if isinstance(value, str) else value
+        """Return a text with ``$(...)`` as substitutions, other values as they are."""
+        if isinstance(value, list):
+            return [self.parse_if_substitutions(item) for item in value]
+        if not isinstance(value, str):
+            return value
+        first, *others = parts = self.parse_substitution(value)
+        return first.text if isinstance(first, TextSubstitution) and not others else parts
 
     def escape_characters(self, value: Any) -> str:
         """Return a text without its backslashes."""
@@ -290,16 +295,14 @@ class Parser:
         if separator is not None and isinstance(value, str):
             value = [part.strip() for part in value.split(separator)]
         if isinstance(value, list):
-            return [coerce(part, kind) if isinstance(part, str) and '$(' not in part
-                    else self._text_value(part, kind, element) for part in value]
-        if not isinstance(value, str):
-            return value
+            return [self._text_value(part, kind, element) for part in value]
         return self._text_value(value, kind, element)
 
     def _text_value(self, value: Any, kind: Any, element: Element) -> Any:
         if not isinstance(value, str):
             return value
-        return self._at(ParameterValue(self.parse_substitution(value), value_type=kind), element)
+        parse = self.parse_if_substitutions if element.is_typed else self.parse_substitution
+        return self._at(ParameterValue(parse(value), value_type=kind), element)
 
     # What groups give to nodes ------------------------------------------------------------------
 

@@ -20,13 +20,14 @@ class Element:
     :param name: of the element.
     :param attributes: texts; in YAML also numbers, truths and lists.
     :param where: its line.
+    :param is_typed: whether attributes have the types that the file writes, as in YAML.
     """
 
     def __init__(
         self, name: str, attributes: Mapping[str, Any], children: Sequence[Element] = (),
-        where: Location | None = None
+        where: Location | None = None, *, is_typed: bool = False
     ) -> None:
-        self.type_name = name
+        self.type_name, self.is_typed = name, is_typed
         self.attributes = dict(attributes)
         self.children = list(children)
         self.where = where
@@ -247,7 +248,7 @@ def parse_substitution(text: str, more: dict[str, Any] | None = None) -> list[Su
     """
     found, rest = _sequence(text, 0, more or {}, '')
     assert rest == len(text)
-    return found
+    return found or [TextSubstitution(text='')]
 
 
 def _sequence(text: str, start: int, more: dict[str, Any], ends: str, *, quoted: bool = False

@@ -27,16 +27,35 @@ def test_namespaces_nest_and_a_slash_is_absolute():
     assert spec_of(Node(executable='x')).namespace == '/'
 
 
-def test_parameters_are_typed_by_yaml_unless_they_say_so():
-    """P37 ParameterValue: texts are what YAML sees in them, or of their type."""
+def test_substitutions_are_typed_by_yaml_unless_they_say_so():
+    """
+    P37 ParameterValue: substitutions are what YAML sees in them, or of their type.
+
+    launch_ros/utilities/normalize_parameters.py, normalize_parameter_dict: other texts are texts.
+    """
     text = TextSubstitution(text='1')
     found = evaluate_parameters(LaunchContext(), [{
-        'plain': '1', 'substitution': text, 'string': ParameterValue(text, value_type=str),
-        'truth': 'true', 'number': ParameterValue('2', value_type=float), 'list': [1, 2],
+        'plain': '1', 'own': ParameterValue('5'), 'substitution': text,
+        'string': ParameterValue(text, value_type=str), 'truth': 'true', 'time': '12:30:00',
+        'number': ParameterValue('2', value_type=float), 'list': [1, 2],
         'block': {'inner': 'x'}, 'texts': ['1', 'b'], 'joined': [text, '.5']}])
     assert found == [{
-        'plain': 1, 'substitution': 1, 'string': '1', 'truth': True, 'number': 2.0,
+        'plain': '1', 'own': '5', 'substitution': 1, 'string': '1', 'truth': 'true',
+        'time': '12:30:00', 'number': 2.0,
         'list': [1, 2], 'block.inner': 'x', 'texts': ['1', 'b'], 'joined': 1.5}]
+
+
+@pytest.mark.parametrize('value', [
+    [1, 0.5], TextSubstitution(text='[1, 0.5]'), ParameterValue([1, 0.5])])
+def test_integers_among_floats_are_floats(value):
+    """launch_ros/utilities/normalize_parameters.py, _normalize_parameter_array_value."""
+    (block,) = evaluate_parameters(LaunchContext(), [{'gains': value}])
+    assert list(map(type, block['gains'])) == [float, float]
+
+
+def test_a_text_of_set_parameter_is_typed_by_yaml():
+    """launch_ros/actions/node.py, _perform_substitutions: it becomes ``-p x:=2``."""
+    assert spec_of(Node(executable='x'), SetParameter('x', '2')).parameters == [{'x': 2}]
 
 
 def test_a_robot_description_stays_a_text():

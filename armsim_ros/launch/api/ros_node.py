@@ -13,6 +13,7 @@ from armsim_ros.launch.api.context import (
     LaunchContext,
     perform_text,
     SomeText,
+    TextSubstitution,
 )
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
@@ -165,12 +166,12 @@ class SetParameter(Action):
     The nodes after it in its group have a parameter.
 
     :param name: of the parameter.
-    :param value: its value.
+    :param value: its value; a text has the type that YAML sees in it.
     """
 
     def __init__(self, name: SomeText, value: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self._pair = {name: value}
+        self._pair = {name: TextSubstitution(text=value) if isinstance(value, str) else value}
 
     def execute(self, context: LaunchContext) -> None:
         """Add it."""

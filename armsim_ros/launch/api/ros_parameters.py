@@ -27,7 +27,7 @@ class ParameterValue(Placed):
     A value with a type.
 
     :param value: the value, a text, or a substitution.
-    :param value_type: None for the type that YAML sees in it.
+    :param value_type: None for that of the value, or of a substitution the one that YAML sees.
     """
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
@@ -40,7 +40,8 @@ class ParameterValue(Placed):
         :raises LaunchError: where it is not of its type.
         """
         try:
-            if _is_text(self.value):
+            if _is_text(self.value) and (
+                    self.value_type is not None or not isinstance(self.value, str)):
                 return coerce(perform_text(context, self.value), self.value_type)
             value = plain_value(context, self.value)
             return str(value) if self.value_type is str else value
@@ -144,11 +145,9 @@ def evaluate_block(context: LaunchContext, block: Mapping[Any, Any], prefix: str
 
 
 def plain_value(context: LaunchContext, value: Any) -> Any:
-    """Return a parameter's value, texts with the type that YAML sees in them."""
+    """Return a parameter's value, substitutions with the type that YAML sees in them."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
-    if isinstance(value, str):
-        return _typed(value)
     if isinstance(value, Substitution):
         return _typed(perform_text(context, value))
     if isinstance(value, os.PathLike):
@@ -158,22 +157,22 @@ def plain_value(context: LaunchContext, value: Any) -> Any:
                 _is_text(item) for item in value) and not all(
                 isinstance(item, (list, tuple)) for item in value):
             return _typed(perform_text(context, value))
-        return [_element(context, item) for item in value]
+        return _uniform([plain_value(context, item) for item in value])
     return value
 
 
-def _element(context: LaunchContext, value: Any) -> Any:
-    # Texts in a list of texts stay texts.
-    if isinstance(value, str):
-        return value
-    return plain_value(context, value)
+def _uniform(values: list[Any]) -> list[Any]:
+    """Return a list with the integers among floats as floats: a parameter has one type."""
+    kinds = {type(value) for value in values}
+    return [float(value) for value in values] if kinds == {int, float} else values
 
 
 def _typed(text: str) -> Any:
     if '\n' in text or len(text) > 1000:
         # A robot description; reading it as YAML takes long and gives a text, or fails.
         return text
-    return as_yaml_value(text)
+    value = as_yaml_value(text)
+    return _uniform(value) if isinstance(value, list) else value
 
 
 def _is_text(value: Any) -> bool:
