@@ -78,12 +78,12 @@ class MoveItParameters:
         """
         Return the URDF after xacro.
 
-        :param mappings: arguments of the xacro, in place of the setup assistant's.
+        :param mappings: arguments of the xacro, unless empty in place of the setup assistant's.
         :raises ConfigError: where it cannot be read.
         """
         file = self.urdf_file(file_path)
-        given = self.files.assistant.xacro_args if mappings is None else mappings
-        return {self.description: self._described(file, given)}
+        return {self.description: self._described(
+            file, mappings or self.files.assistant.xacro_args)}
 
     def robot_description_semantic(self, file_path: str | Path | None = None,
                                    mappings: Mapping[str, str] | None = None) -> Parameters:

@@ -25,7 +25,7 @@ def test_descriptions_are_read_through_xacro(parameters, small_package):
 
 
 def test_the_setup_assistants_arguments_hold_without_mappings(small_package):
-    """They are those of the URDF that it names."""
+    """moveit_configs_builder.py, robot_description: ``mappings or self.__urdf_xacro_args``."""
     small_package.write('.setup_assistant', (
         'moveit_setup_assistant_config:\n'
         '  urdf: {package: small_description, relative_path: urdf/x.xacro, '
@@ -34,8 +34,9 @@ def test_the_setup_assistants_arguments_hold_without_mappings(small_package):
     small_package.write('../description_folder/urdf/x.xacro', small_package.XACRO.format(
         '<xacro:arg name="tip" default="a"/><link name="$(arg tip)"/>'))
     parameters = MoveItParameters(small_package.folder)
-    assert '<link name="b"/>' in parameters.robot_description()['robot_description']
-    assert '<link name="a"/>' in parameters.robot_description(mappings={})['robot_description']
+    for mappings, tip in ((None, 'b'), ({}, 'b'), ({'tip': 'c'}, 'c')):
+        description = parameters.robot_description(mappings=mappings)['robot_description']
+        assert f'<link name="{tip}"/>' in description
 
 
 def test_settings_come_nested_below_the_description(parameters, small_package):
