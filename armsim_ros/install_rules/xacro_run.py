@@ -45,7 +45,10 @@ def as_xacro(words: Sequence[str]) -> XacroCommand | None:
         elif word == '--verbosity':
             next(following, '')
         elif sign:
-            mappings[name] = value
+            # As in xacro, an argument without a value leaves the file's default.
+            name, value = name.strip(), value.strip()
+            if name and value:
+                mappings[name] = value
         elif not word.startswith('-') and not file:
             file = word
     return XacroCommand(file, mappings, output)

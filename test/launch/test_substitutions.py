@@ -16,6 +16,9 @@ CASES = {
     "EnvironmentVariable('NOT_SET_AT_ALL', default_value='d')": 'd',
     "EqualsSubstitution(LaunchConfiguration('a'), 'left')": 'true',
     "NotEqualsSubstitution('1.0', '1')": 'false',
+    "EqualsSubstitution('1', True)": 'true',
+    "EqualsSubstitution('yes', 'true')": 'false',
+    "EqualsSubstitution('0.001', '1e-3')": 'true',
     "AndSubstitution('true', 'false')": 'false',
     "OrSubstitution('true', 'false')": 'true',
     "NotSubstitution('true')": 'false',
@@ -85,6 +88,19 @@ def test_command_runs_xacro_inside(entities, workspace):
             [FindPackageShare('mine'), 'config', 'r.urdf.xacro']), ' n:=b'])),
     """)
     assert f'<link name="b_{workspace}"/>' in said.errors
+
+
+def test_an_argument_of_xacro_without_a_value_leaves_the_default(entities, workspace):
+    """xacro/cli.py, load_mappings: names and values are stripped, empty ones are skipped."""
+    (workspace / 'config' / 'r.xacro').write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:arg name="p" default="arm_"/><xacro:arg name="n" default="x"/>'
+        '<link name="$(arg p)$(arg n)"/></robot>')
+    said = entities("""
+        LogInfo(msg=Command(['xacro ', FindPackageShare('mine'), '/config/r.xacro',
+                             ' p:=""', ' "n:= a "'])),
+    """)
+    assert '<link name="arm_a"/>' in said.errors
 
 
 def test_xacro_sees_the_environment_of_the_launch(entities, workspace):

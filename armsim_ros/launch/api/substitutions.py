@@ -12,7 +12,6 @@ from typing import Any
 from armsim_ros.errors import nearest
 from armsim_ros.launch.api.configuration import evaluate_condition_expression
 from armsim_ros.launch.api.context import (
-    as_yaml_value,
     describe_text,
     LaunchContext,
     normalize_to_list_of_substitutions,
@@ -262,14 +261,13 @@ class EqualsSubstitution(Substitution):
         return 'true' if self._equal(context) else 'false'
 
     def _equal(self, context: LaunchContext) -> bool:
-        left, right = (perform_text(context, side) for side in self._sides)
-        if left == right:
-            return True
-        first, other = as_yaml_value(left), as_yaml_value(right)
-        numbers = all(isinstance(each, (int, float)) for each in (first, other))
-        if numbers and isinstance(first, bool) is isinstance(other, bool):
-            return math.isclose(float(first), float(other))
-        return False
+        texts = [perform_text(context, side) for side in self._sides]
+        left, right = texts
+        for read in (_truth, _number):
+            first, other = map(read, texts)
+            if first is not None and other is not None:
+                return math.isclose(first, other)
+        return left == right
 
 
 class NotEqualsSubstitution(EqualsSubstitution):
@@ -278,6 +276,17 @@ class NotEqualsSubstitution(EqualsSubstitution):
     def perform(self, context: LaunchContext) -> str:
         """Compare."""
         return 'false' if self._equal(context) else 'true'
+
+
+def _truth(text: str) -> float | None:
+    return {'true': 1.0, '1': 1.0, 'false': 0.0, '0': 0.0}.get(text.lower())
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _plain(value: Any) -> SomeText:
