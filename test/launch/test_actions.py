@@ -61,6 +61,20 @@ def test_an_unscoped_group_does_not(entities):
     assert list(said.processes()) == ['inside']
 
 
+def test_a_group_without_forwarding_begins_anew(entities):
+    """launch/actions/group_action.py, get_sub_entities: configurations and environment."""
+    said = entities("""
+        SetLaunchConfiguration('outside', 'x'),
+        SetEnvironmentVariable('NOT_SET_BEFORE', 'x'),
+        GroupAction([
+            node(LaunchConfiguration('kept')),
+            node(LaunchConfiguration('outside', default='forgotten')),
+            node(EnvironmentVariable('NOT_SET_BEFORE', default_value='unset')),
+        ], forwarding=False, launch_configurations={'kept': LaunchConfiguration('outside')}),
+    """)
+    assert list(said.processes()) == ['x', 'forgotten', 'unset']
+
+
 def test_an_include_is_not_scoped(entities, write):
     """P37 IncludeLaunchDescription, ThisLaunchFileDir: arguments of an include stay."""
     write("""
@@ -81,6 +95,36 @@ def test_an_include_is_not_scoped(entities, write):
         node(['after_', LaunchConfiguration('who')]),
     """)
     assert list(said.processes()) == ['given', 'after_given']
+
+
+def test_arguments_of_an_include_see_the_earlier_ones(entities, write):
+    """launch/actions/include_launch_description.py, execute: each is set before the next."""
+    write("""
+        from launch import LaunchDescription
+        from launch.substitutions import LaunchConfiguration
+        from launch_ros.actions import Node
+
+        def generate_launch_description():
+            return LaunchDescription([Node(
+                package='mine', executable='two', name=LaunchConfiguration('prefix'))])
+    """, 'inner.launch.py')
+    said = entities("""
+        SetLaunchConfiguration('robot', 'old'),
+        IncludeLaunchDescription(
+            [ThisLaunchFileDir(), '/inner.launch.py'],
+            launch_arguments={'robot': 'new', 'prefix': [LaunchConfiguration('robot'), '_']}),
+    """)
+    assert list(said.processes()) == ['new_']
+
+
+def test_an_argument_that_a_condition_decides_about_is_not_demanded(entities):
+    """launch/launch_description.py, process_entities: _conditionally_included."""
+    said = entities("""
+        GroupAction([DeclareLaunchArgument('robot_ip'), node('real')],
+                    condition=IfCondition('false')),
+        node('simulated'),
+    """)
+    assert list(said.processes()) == ['simulated']
 
 
 def test_an_include_names_the_arguments_that_it_needs(entities, write):

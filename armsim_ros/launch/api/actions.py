@@ -18,6 +18,8 @@ from armsim_ros.launch.api.configuration import (
     PopLaunchConfigurations,
     PushEnvironment,
     PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
     SetLaunchConfiguration,
 )
 from armsim_ros.launch.api.context import (
@@ -41,7 +43,7 @@ class GroupAction(Action):
     Actions with a common condition and scope.
 
     :param scoped: whether configurations and environment end with the group.
-    :param forwarding: whether it begins with the configurations around it.
+    :param forwarding: whether it begins with the configurations and environment around it.
     :param launch_configurations: set at its begin.
     """
 
@@ -74,22 +76,10 @@ class GroupAction(Action):
                               for name, value in self._configurations.items()]
         if not self._scoped:
             return [*settings, *self._actions]
-        fresh: Entities = [] if self._forwarding else [_Forget(set(self._configurations))]
-        return [PushLaunchConfigurations(), PushEnvironment(), *settings, *fresh, *self._actions,
+        if not self._forwarding:
+            settings = [ResetEnvironment(), ResetLaunchConfigurations(self._configurations)]
+        return [PushLaunchConfigurations(), PushEnvironment(), *settings, *self._actions,
                 PopEnvironment(), PopLaunchConfigurations()]
-
-
-class _Forget(Action):
-    """Removes all configurations except some."""
-
-    def __init__(self, kept: set[Any]) -> None:
-        super().__init__()
-        self._kept = kept
-
-    def execute(self, context: LaunchContext) -> None:
-        kept = {perform_text(context, name) for name in self._kept}
-        for name in set(context.launch_configurations) - kept:
-            del context.launch_configurations[name]
 
 
 class OpaqueFunction(Action):

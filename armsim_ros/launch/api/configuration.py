@@ -235,16 +235,20 @@ class AppendEnvironmentVariable(Action):
 
 
 def declared_arguments(
-    entities: Iterable[LaunchDescriptionEntity],
+    entities: Iterable[LaunchDescriptionEntity], *, conditional: bool = True,
 ) -> list[DeclareLaunchArgument]:
-    """Return the arguments that a description declares, without those of includes."""
+    """
+    Return the arguments that a description declares, without those of includes.
+
+    :param conditional: whether those that a condition or an event decides about are included.
+    """
     found: list[DeclareLaunchArgument] = []
     for entity in entities:
-        if isinstance(entity, DeclareLaunchArgument):
+        if isinstance(entity, DeclareLaunchArgument) and (conditional or entity.condition is None):
             found.append(entity)
-        found += declared_arguments(entity.describe_sub_entities())
-        for _, entities_inside in entity.describe_conditional_sub_entities():
-            found += declared_arguments(entities_inside)
+        found += declared_arguments(entity.describe_sub_entities(), conditional=conditional)
+        for _, inside in entity.describe_conditional_sub_entities() if conditional else ():
+            found += declared_arguments(inside)
     return found
 
 

@@ -246,7 +246,7 @@ class IncludeLaunchDescription(Action):
         for name, value in self._arguments:
             word = perform_text(context, name)
             given.append(word)
-            values.append(SetLaunchConfiguration(word, self._text(context, word, value)))
+            values.append(self._setting(word, value))
         path = self._source.path(context)
         try:
             description = self._source.get_launch_description(context)
@@ -255,7 +255,7 @@ class IncludeLaunchDescription(Action):
         if path:
             check_depth(context, path)
         missing = [(argument.name, argument.choices or ()) for argument in declared_arguments(
-            description.entities) if argument.default_value is None and argument.condition is None
+            description.entities, conditional=False) if argument.default_value is None
             and argument.name not in given and argument.name not in context.launch_configurations]
         if missing:
             raise MissingArgumentsError(list(dict.fromkeys(
@@ -264,11 +264,9 @@ class IncludeLaunchDescription(Action):
             return [*values, description]
         return [*values, EnterFile(path), description, LeaveFile()]
 
-    def _text(self, context: LaunchContext, name: str, value: Any) -> str:
-        if isinstance(value, (bool, int, float)):
-            return str(value)
+    def _setting(self, name: str, value: Any) -> SetLaunchConfiguration:
         try:
-            return perform_text(context, value)
+            return SetLaunchConfiguration(name, value)
         except TypeError as error:
             raise LaunchError(f"launch argument '{name}': {error}", self.where) from None
 
