@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+import re
 from typing import Any
 
 import yaml
@@ -69,13 +70,14 @@ def read_node_arguments(ros_args: Sequence[str], name: str) -> NodeArguments:
                 found.rest.append(next(words, ''))
         elif ':=' in word:
             _remap(word, found)
-    exact: dict[str, Any] = {}
+    # rcl merges the blocks of each key, and rclcpp takes the keys in the order of their first use.
+    blocks: dict[str, dict[str, Any]] = {}
     for file in found.files:
-        for path, block in _blocks(_load(file), ()):
-            rank = _rank(path, found)
-            if rank:
-                (exact if rank > 1 else found.values).update(flattened(block))
-    found.values.update(exact)
+        for key, block in _blocks(_load(file), ''):
+            if _fits(key, found):
+                blocks.setdefault(key, {}).update(flattened(block))
+    for values in blocks.values():
+        found.values.update(values)
     found.values.update(single)
     return found
 
@@ -100,25 +102,22 @@ def _load(file: Path) -> Any:
         raise UsageError(f"parameter file '{file}' is not YAML: {error}") from None
 
 
-def _blocks(content: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+def _blocks(content: Any, path: str) -> Iterator[tuple[str, Any]]:
     if not isinstance(content, Mapping):
         return
     for key, value in content.items():
         if key == ROS2_KEY:
             yield path, value
         else:
-            parts = tuple(part for part in str(key).split('/') if part)
-            yield from _blocks(value, (*path, *parts))
+            yield from _blocks(value, f'{path}/{key}' if path else str(key))
 
 
-def _rank(path: tuple[str, ...], node: NodeArguments) -> int:
-    """Return 2 where a block is of this very node, 1 where a wildcard fits it, else 0."""
-    own = (*(part for part in node.namespace.split('/') if part), node.name)
-    if path == own or path == (node.name,):
-        return 2
-    if path in (('**',), ('*',)) or (path[-1:] in ((node.name,), ('**',)) and '**' in path):
-        return 1
-    return 0
+def _fits(key: str, node: NodeArguments) -> bool:
+    """Return whether a block is of this node: by its name, alone or full, or by a wildcard."""
+    bare = key.strip('/')
+    pattern = re.escape(f'/{bare}').replace(r'/\*', r'(/\w+)').replace(r'(/\w+)\*', r'(/\w+)*')
+    full_name = f'{node.namespace.rstrip("/")}/{node.name}'
+    return bare == node.name or re.fullmatch(pattern, full_name) is not None
 
 
 def flattened(block: Any, prefix: str = '') -> dict[str, Any]:
