@@ -21,6 +21,7 @@ from armsim_ros.cli.environment import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.lookup import current_lookup, script_text
 from armsim_ros.launch.process_spec import (
+    ALL_NODES,
     CONTROLLER_STOPPER,
     HAND,
     is_known,
@@ -233,11 +234,13 @@ class Mapping:
             words += ['-r', f'__node:={node.name}']
         if node.namespace != '/':
             words += ['-r', f'__ns:={node.namespace}']
-        for source in (*node.parameters, extra):
+        shared = [(ALL_NODES, source) for source in node.group_parameters]
+        own = [(node.key, source) for source in node.parameters]
+        for key, source in (*shared, *own, (ALL_NODES, extra)):
             if isinstance(source, str):
                 words += ['--params-file', source]
             elif source:
-                content = {'/**': {'ros__parameters': dict(source)}}
+                content = {key: {'ros__parameters': dict(source)}}
                 text = yaml.dump(content, Dumper=_DUMPER, sort_keys=False, allow_unicode=True)
                 words += ['--params-file', self._keep_text('parameters.yaml', text)]
         for source_name, target in node.remappings:

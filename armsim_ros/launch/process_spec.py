@@ -15,6 +15,8 @@ from armsim_ros.launch.lookup import current_lookup
 
 #: Parameters as a block of names, or a file of them.
 ParameterSource: TypeAlias = 'Mapping[str, Any] | str'
+#: Key of a parameter file for all nodes.
+ALL_NODES = '/**'
 
 
 @dataclass
@@ -25,6 +27,8 @@ class RosNode:
     :param name: '' where the program names itself.
     :param namespace: absolute.
     :param parameters: in order, later ones win.
+    :param group_parameters: those of the groups around it, before its own.
+    :param key: of its own parameters in a file; its full name where that is given.
     :param remappings: (from, to).
     """
 
@@ -33,18 +37,16 @@ class RosNode:
     name: str = ''
     namespace: str = '/'
     parameters: Sequence[ParameterSource] = ()
+    group_parameters: Sequence[ParameterSource] = ()
+    key: str = ALL_NODES
     remappings: Sequence[tuple[str, str]] = ()
     arguments: Sequence[str] = ()
     ros_arguments: Sequence[str] = ()
 
     def merged(self) -> dict[str, Any]:
         """Return the parameters that are not in files."""
-        return {name: value for source in self.parameters if not isinstance(source, str)
-                for name, value in source.items()}
-
-    def files(self) -> list[str]:
-        """Return the parameter files."""
-        return [source for source in self.parameters if isinstance(source, str)]
+        return {name: value for source in (*self.group_parameters, *self.parameters)
+                if not isinstance(source, str) for name, value in source.items()}
 
 
 @dataclass
@@ -92,7 +94,7 @@ class ProcessSpec:
 def parameter_names(node: RosNode) -> list[str]:
     """Return the names of a node's parameters, each once."""
     found: dict[str, None] = {}
-    for source in node.parameters:
+    for source in (*node.group_parameters, *node.parameters):
         if isinstance(source, str):
             found[os.path.basename(source)] = None
         else:

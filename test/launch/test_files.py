@@ -198,8 +198,9 @@ XML = """
 """
 
 
-def test_an_xml_file(dry):
+def test_an_xml_file(dry, workspace):
     """P35: launch.xml with arguments, groups, conditions, parameters and substitutions."""
+    (workspace / 'config' / 'p.yaml').touch()
     said = dry(XML, name='it.launch.xml')
     assert said.plan == [
         'process: mine/one name=anna_x ns=/cell parameters=n,block,p.yaml',
@@ -232,8 +233,9 @@ def test_a_word_of_a_file_gives_its_text(dry, tmp_path, text, name):
     assert said.errors.splitlines()[0].endswith(name)
 
 
-def test_a_yaml_file(dry):
+def test_a_yaml_file(dry, workspace):
     """P35: launch.yaml says the same as XML."""
+    (workspace / 'config' / 'p.yaml').touch()
     said = dry("""
         launch:
         - arg: {name: who, default: anna}
@@ -245,7 +247,7 @@ def test_a_yaml_file(dry):
                 name: $(var who)
                 param:
                 - {name: n, value: 3}
-                - {from: p.yaml}
+                - {from: $(find-pkg-share mine)/config/p.yaml}
         - let: {name: who, value: bert}
         - node: {pkg: mine, exec: two, name: $(var who), if: 'false'}
         - executable: {cmd: sh -c true, name: say}

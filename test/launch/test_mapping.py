@@ -37,7 +37,8 @@ def decided(tmp_path):
         texts = []
 
         def keep(name, text):
-            texts.append(yaml.safe_load(text)['/**']['ros__parameters'])
+            (block,) = yaml.safe_load(text).values()
+            texts.append(block['ros__parameters'])
             return str(tmp_path / name)
 
         context = LaunchContext()

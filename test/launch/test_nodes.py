@@ -55,7 +55,7 @@ def test_integers_among_floats_are_floats(value):
 
 def test_a_text_of_set_parameter_is_typed_by_yaml():
     """launch_ros/actions/node.py, _perform_substitutions: it becomes ``-p x:=2``."""
-    assert spec_of(Node(executable='x'), SetParameter('x', '2')).parameters == [{'x': 2}]
+    assert spec_of(Node(executable='x'), SetParameter('x', '2')).merged() == {'x': 2}
 
 
 def test_a_robot_description_stays_a_text():
@@ -73,12 +73,32 @@ def test_a_value_of_another_type_is_refused():
         evaluate_parameters(LaunchContext(), [{'n': value}])
 
 
-def test_files_and_what_groups_set_come_first():
+def test_files_and_what_groups_set_come_first(tmp_path):
     """P36 SetParameter, SetRemap: a group's parameters and remappings come before the node's."""
-    node = spec_of(Node(executable='x', parameters=['f.yaml', {'a': 1}], remappings=[('b', 'c')]),
+    file = tmp_path / 'f.yaml'
+    file.touch()
+    node = spec_of(Node(executable='x', parameters=[file, {'a': 1}], remappings=[('b', 'c')]),
                    SetParameter('use_sim_time', True), SetRemap('d', 'e'))
-    assert node.parameters == [{'use_sim_time': True}, 'f.yaml', {'a': 1}]
+    assert node.group_parameters == [{'use_sim_time': True}]
+    assert node.parameters == [str(file), {'a': 1}]
     assert node.remappings == [('d', 'e'), ('b', 'c')]
+
+
+@pytest.mark.parametrize(('more', 'before', 'key'), [
+    ({'name': 'arm', 'namespace': 'left'}, (), '/left/arm'),
+    ({'name': 'arm', 'namespace': ''}, (), '/arm'),
+    ({'name': 'arm'}, (PushRosNamespace('left'),), '/left/arm'),
+    ({'name': 'arm'}, (), '/**'), ({'namespace': 'left'}, (), '/**')])
+def test_parameters_are_under_the_full_name_where_it_is_known(more, before, key):
+    """launch_ros/actions/node.py, _create_params_file_from_dict."""
+    assert spec_of(Node(executable='x', **more), *before).key == key
+
+
+def test_a_parameter_file_that_does_not_exist_is_skipped(entities):
+    """launch_ros/actions/node.py, _perform_substitutions: with a warning."""
+    said = entities("node('arm', parameters=['nowhere.yaml', {'a': 1}]),")
+    assert said.plan == ['process: mine/one name=arm ns=/ parameters=a']
+    assert 'it.launch.py:15: parameter file path is not a file: nowhere.yaml' in said.errors
 
 
 def test_a_parameter_file_with_substitutions(entities, workspace):
@@ -98,12 +118,13 @@ def test_a_parameter_file_with_substitutions(entities, workspace):
     assert content == {'x': {'ros__parameters': {'a': 'anna'}}}
 
 
-def test_the_line_of_a_dry_run(entities):
+def test_the_line_of_a_dry_run(entities, workspace):
     """P41: package, program, name, namespace, names of parameters and files, each once."""
+    (workspace / 'config' / 'controllers.yaml').touch()
     said = entities("""
         PushRosNamespace('cell'),
         Node(package='mine', executable='two', name='arm', namespace='left', parameters=[
-            {'a': 1, 'b': {'c': 2, 'd': 3}}, 'x/controllers.yaml', {'a': 2}],
+            {'a': 1, 'b': {'c': 2, 'd': 3}}, 'src/mine/config/controllers.yaml', {'a': 2}],
             arguments=['--x'], remappings=[('q', 'r')], output='screen', emulate_tty=True,
             respawn=True, on_exit=Shutdown()),
     """)

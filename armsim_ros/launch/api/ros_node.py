@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+import os
 from typing import Any
 
 from armsim_ros.launch.api.context import (
@@ -18,7 +19,13 @@ from armsim_ros.launch.api.context import (
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
 from armsim_ros.launch.failures import LaunchError, Placed
-from armsim_ros.launch.process_spec import COMPONENTS, ProcessSpec, RosNode
+from armsim_ros.launch.process_spec import (
+    ALL_NODES,
+    COMPONENTS,
+    ParameterSource,
+    ProcessSpec,
+    RosNode,
+)
 
 #: Configurations that hold the settings of groups for the nodes inside them.
 NAMESPACE_KEY = 'ros_namespace'
@@ -93,7 +100,7 @@ class Node(ExecuteProcess):
 
     def is_node_name_fully_specified(self) -> bool:
         """Return whether name and namespace are known."""
-        return self._expanded is not None and bool(self._expanded.name)
+        return self._expanded is not None and self._expanded.key != ALL_NODES
 
     def describe(self) -> str:
         """Return a description for messages."""
@@ -106,20 +113,23 @@ class Node(ExecuteProcess):
         executable = perform_text(context, self._program)
         package = perform_text(context, self._package) if self._package is not None else ''
         own = context.launch_configurations
+        name = '' if self._node_name is None else perform_text(context, self._node_name)
+        namespace = make_namespace(
+            own.get(NAMESPACE_KEY, ''),
+            '' if self._namespace is None else perform_text(context, self._namespace))
+        has_namespace = self._namespace is not None or NAMESPACE_KEY in own
         try:
-            parameters = [*own.get(PARAMETERS_KEY, ()),
-                          *evaluate_parameters(context, self._parameters)]
+            parameters = evaluate_parameters(context, self._parameters)
         except TypeError as error:
             raise LaunchError(f'parameters of {package}/{executable}: {error}',
                                 self.where) from None
         made.node = self._expanded = RosNode(
             package=package or '-',
             executable=executable,
-            name='' if self._node_name is None else perform_text(context, self._node_name),
-            namespace=make_namespace(
-                own.get(NAMESPACE_KEY, ''),
-                '' if self._namespace is None else perform_text(context, self._namespace)),
-            parameters=parameters,
+            name=name, namespace=namespace,
+            parameters=[source for source in parameters if self._exists(context, source)],
+            group_parameters=own.get(PARAMETERS_KEY, ()),
+            key=f'{namespace.rstrip("/")}/{name}' if name and has_namespace else ALL_NODES,
             remappings=[*own.get(REMAPPINGS_KEY, ()), *(
                 (perform_text(context, source), perform_text(context, target))
                 for source, target in self._remappings)],
@@ -128,6 +138,15 @@ class Node(ExecuteProcess):
         if self.process_description.name is None:
             made.name = executable
         return made
+
+    def _exists(self, context: LaunchContext, source: ParameterSource) -> bool:
+        """Return whether parameters are there; warn of a file that is not."""
+        if not isinstance(source, str) or os.path.isfile(source):
+            return True
+        if context.engine is not None:
+            context.engine.log('WARNING', f'{self.where}: parameter file path is not a file: '
+                               f'{source}')
+        return False
 
 
 class LifecycleNode(Node):
