@@ -21,6 +21,7 @@ from typing import Any
 from armsim_ros.errors import Location, USAGE_STATUS
 from armsim_ros.launch.api import events
 from armsim_ros.launch.api.context import Action, LaunchContext, LaunchDescriptionEntity
+from armsim_ros.launch.api.event_handlers import OnIncludeLaunchDescription
 from armsim_ros.launch.api.process import ExecuteLocal
 from armsim_ros.launch.failures import (
     calling_place,
@@ -108,7 +109,7 @@ class Engine:
 
     def __init__(self, context: LaunchContext, runner: Runner, report: Report) -> None:
         self.context = context
-        self.handlers: list[Any] = []
+        self.handlers: list[Any] = [OnIncludeLaunchDescription()]
         self.is_dry = runner.is_dry
         self.status = 0
         self.files = KeptFiles()
@@ -284,9 +285,8 @@ class Engine:
 
     def printed(self, action: ExecuteLocal, name: str, pid: int, text: bytes, fd: int) -> None:
         """Emit the event of a process's output."""
-        if self.handlers:
-            kind = events.ProcessStdout if fd == 1 else events.ProcessStderr
-            self._handle(kind(action=action, name=name, pid=pid, text=text, fd=fd))
+        kind = events.ProcessStdout if fd == 1 else events.ProcessStderr
+        self._handle(kind(action=action, name=name, pid=pid, text=text, fd=fd))
 
     def shut_down(self, reason: str, *, failed: bool = False) -> None:
         """End the launch."""
@@ -301,8 +301,6 @@ class Engine:
             self._begin_shutdown(event)
         elif isinstance(event, (events.ShutdownProcess, events.SignalProcess)):
             self._runner.send_signal(event)
-        elif isinstance(event, events.IncludeLaunchDescription):
-            self.visit(event.launch_description)
         for handler in list(self.handlers):
             if handler in self.handlers and handler.matches(event):
                 self._visit_all(handler.handle(event, self.context) or (),

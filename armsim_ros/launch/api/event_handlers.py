@@ -148,6 +148,14 @@ class OnShutdown(EventHandler):
                          entities=on_shutdown, handle_once=kwargs.get('handle_once', False))
 
 
+class OnIncludeLaunchDescription(EventHandler):
+    """Includes the description of each event that asks for it; every launch has one."""
+
+    def __init__(self, **_kwargs: Any) -> None:
+        super().__init__(matcher=lambda event: isinstance(event, events.IncludeLaunchDescription),
+                         entities=lambda event, context: [event.launch_description])
+
+
 class OnProcessIO(_OfTarget):
     """
     Waits for the output of processes.

@@ -64,14 +64,14 @@ class ExecutionComplete(Event):
         self.action = action
 
 
-class ProcessEvent(Event):
+class RunningProcessEvent(Event):
     """
     Something happened to a process.
 
     :param action: the action that it belongs to.
     """
 
-    name = 'launch.events.process.ProcessEvent'
+    name = 'launch.events.process.RunningProcessEvent'
 
     def __init__(
         self, *, action: Any, name: str = '', cmd: list[str] | None = None,
@@ -82,13 +82,13 @@ class ProcessEvent(Event):
         self.cwd, self.env, self.pid = cwd, env, pid
 
 
-class ProcessStarted(ProcessEvent):
+class ProcessStarted(RunningProcessEvent):
     """A process runs."""
 
     name = 'launch.events.process.ProcessStarted'
 
 
-class ProcessExited(ProcessEvent):
+class ProcessExited(RunningProcessEvent):
     """
     A process has ended.
 
@@ -102,7 +102,7 @@ class ProcessExited(ProcessEvent):
         self.returncode = returncode
 
 
-class ProcessIO(ProcessEvent):
+class ProcessIO(RunningProcessEvent):
     """
     A process has printed something.
 

@@ -8,7 +8,7 @@ A function per distribution, called when a launch file imports from it; most nee
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 import re
 from typing import Any
 
@@ -47,12 +47,18 @@ def _launch() -> Table:
         context.Action, context.Substitution, configuration.Condition, events.Event,
         event_handlers.EventHandler, description.LaunchDescriptionSource,
         description.LaunchService, description.LaunchIntrospector)
+    texts = _named(SomeSubstitutionsType=context.SomeText,
+                   SomeSubstitutionsType_types_tuple=(str, context.Substitution, Iterable))
+    booleans = _named(
+        substitutions.AndSubstitution, substitutions.OrSubstitution,
+        substitutions.NotSubstitution, substitutions.AllSubstitution,
+        substitutions.AnySubstitution)
     return {
-        'launch': {**classes, 'SomeSubstitutionsType': context.SomeText},
+        'launch': {**classes, **texts},
         **{f'launch.{module_of(name)}': {name: kind} for name, kind in classes.items()},
         'launch.event_handler': _named(
             event_handlers.EventHandler, event_handlers.BaseEventHandler),
-        'launch.some_substitutions_type': _named(SomeSubstitutionsType=context.SomeText),
+        'launch.some_substitutions_type': texts,
         'launch.some_entities_type': _named(SomeEntitiesType=context.LaunchDescriptionEntity),
         'launch.some_actions_type': _named(SomeActionsType=context.LaunchDescriptionEntity),
         'launch.actions': _named(
@@ -69,6 +75,8 @@ def _launch() -> Table:
             configuration.UnsetEnvironmentVariable, configuration.AppendEnvironmentVariable,
             process.ExecuteLocal, process.ExecuteProcess, description.IncludeLaunchDescription,
             ShutdownAction=event_handlers.Shutdown),
+        'launch.actions.shutdown_action': _named(
+            event_handlers.Shutdown, ShutdownEvent=events.Shutdown),
         'launch.conditions': _named(
             configuration.IfCondition, configuration.UnlessCondition,
             configuration.LaunchConfigurationEquals, configuration.LaunchConfigurationNotEquals,
@@ -81,23 +89,22 @@ def _launch() -> Table:
             substitutions.IfElseSubstitution, paths.PathJoinSubstitution, paths.PathSubstitution,
             paths.ThisLaunchFile, paths.ThisLaunchFileDir, paths.LaunchLogDir, paths.FileContent,
             programs.FindExecutable, programs.Command, programs.PythonExpression,
-            context.TextSubstitution, substitutions.AndSubstitution,
-            substitutions.OrSubstitution, substitutions.NotSubstitution,
-            substitutions.AllSubstitution, substitutions.AnySubstitution,
-            substitutions.EqualsSubstitution, substitutions.NotEqualsSubstitution,
-            failures.SubstitutionFailure, LaunchLogDirectory=paths.LaunchLogDir),
+            context.TextSubstitution, substitutions.EqualsSubstitution,
+            substitutions.NotEqualsSubstitution, failures.SubstitutionFailure,
+            LaunchLogDirectory=paths.LaunchLogDir, **booleans),
+        'launch.substitutions.boolean_substitution': booleans,
         'launch.event_handlers': _named(
             event_handlers.OnProcessStart, event_handlers.OnProcessExit,
             event_handlers.OnProcessIO, event_handlers.OnExecutionComplete,
-            event_handlers.OnShutdown),
+            event_handlers.OnShutdown, event_handlers.OnIncludeLaunchDescription),
         'launch.events': _named(
             events.Shutdown, events.TimerEvent, events.IncludeLaunchDescription,
             events.ExecutionComplete, events.matches_action, events.Event),
         'launch.events.process': _named(
             events.ProcessStarted, events.ProcessExited, events.ProcessIO, events.ProcessStdin,
             events.ProcessStdout, events.ProcessStderr, events.ShutdownProcess,
-            events.SignalProcess, events.ProcessTargetedEvent, events.matches_executable,
-            events.matches_name, events.matches_pid),
+            events.SignalProcess, events.ProcessTargetedEvent, events.RunningProcessEvent,
+            events.matches_executable, events.matches_name, events.matches_pid),
         'launch.launch_description_sources': _named(
             description.PythonLaunchDescriptionSource, description.AnyLaunchDescriptionSource,
             description.FrontendLaunchDescriptionSource, description.XMLLaunchDescriptionSource,
@@ -105,14 +112,17 @@ def _launch() -> Table:
             description.get_launch_description_from_python_launch_file,
             failures.InvalidLaunchFileError),
         'launch.frontend': _named(
-            files.expose_action, files.expose_substitution, parser.Parser, Entity=syntax.Element),
+            files.expose_action, files.expose_substitution, parser.Parser, Entity=syntax.Element,
+            InvalidFrontendLaunchFileError=failures.InvalidLaunchFileError),
+        'launch.frontend.parse_substitution': _named(syntax.parse_substitution),
         'launch.frontend.expose': _named(files.expose_action, files.expose_substitution),
         'launch.utilities': _named(
             context.perform_substitutions, context.normalize_to_list_of_substitutions,
             context.normalize_to_list_of_entities, utilities.ensure_argument_type,
             utilities.is_a, utilities.is_a_subclass, utilities.create_future),
         'launch.utilities.type_utils': _named(
-            utilities.is_a, perform_typed_substitution=context.coerce),
+            utilities.is_a, utilities.normalize_typed_substitution,
+            utilities.perform_typed_substitution, coerce_to_type=context.coerce),
         'launch.substitutions.substitution_failure': _named(failures.SubstitutionFailure),
         'launch.logging': _named(
             actions.get_logger, actions.launch_config, actions.get_output_loggers),
@@ -138,11 +148,13 @@ def _launch_ros() -> Table:
         context,
         event_handlers,
         events,
+        namespaces,
         paths,
         ros_node,
         ros_parameters,
     )
 
+    packages = _named(paths.FindPackage, paths.FindPackageShare, paths.FindPackagePrefix)
     return {
         'launch_ros': _named(ros_node.RosExecutable),
         'launch_ros.actions': _named(
@@ -159,14 +171,23 @@ def _launch_ros() -> Table:
             ros_parameters.Parameter, ros_parameters.ParameterValue, ros_parameters.ParameterFile,
             ros_parameters.ParameterDescription),
         'launch_ros.substitutions': _named(
-            paths.FindPackage, paths.FindPackageShare, paths.FindPackagePrefix,
-            paths.ExecutableInPackage, paths.Parameter),
+            paths.ExecutableInPackage, paths.Parameter, **packages),
+        'launch_ros.substitutions.find_package': {
+            **packages, **_named(paths.get_package_share_directory, paths.get_package_prefix)},
         'launch_ros.event_handlers': _named(event_handlers.OnStateTransition),
         'launch_ros.events.lifecycle': _named(
             events.ChangeState, events.StateTransition, events.matches_node_name),
         'launch_ros.events': _named(events.matches_node_name),
         'launch_ros.utilities': _named(
-            ros_parameters.evaluate_parameters, make_namespace_absolute=ros_node.make_namespace),
+            ros_parameters.evaluate_parameters, ros_parameters.normalize_parameters,
+            namespaces.is_namespace_absolute, namespaces.is_root_namespace,
+            namespaces.make_namespace_absolute, namespaces.prefix_namespace),
+        'launch_ros.parameters_type': _named(
+            ros_parameters.ParameterFile, ros_parameters.ParameterValue,
+            SomeParameters=ros_parameters.SomeParameters,
+            SomeParametersDict=ros_parameters.SomeParametersDict,
+            SomeParameterFile=ros_parameters.SomeParameterFile,
+            SomeParameterValue=ros_parameters.SomeParameterValue),
         'launch_ros.remap_rule_type': _named(SomeRemapRules=context.SomeText),
     }
 
@@ -189,12 +210,12 @@ def _ament_index_python() -> Table:
 
 
 def _launch_param_builder() -> Table:
-    from armsim_ros.launch.api import moveit_configs
+    from armsim_ros.launch.api import moveit_configs, paths
 
     return {
         'launch_param_builder': _named(
             moveit_configs.ParameterBuilder, moveit_configs.load_yaml, moveit_configs.load_xacro,
-            moveit_configs.load_file, moveit_configs.get_path),
+            moveit_configs.load_file, moveit_configs.get_path, paths.get_package_share_directory),
         'launch_param_builder.parameter_builder': _named(moveit_configs.ParameterBuilder),
         'launch_param_builder.utils': _named(
             moveit_configs.load_yaml, moveit_configs.load_xacro, moveit_configs.load_file,
@@ -219,7 +240,8 @@ def _moveit_configs_utils() -> Table:
         'moveit_configs_utils': _named(
             moveit_configs.MoveItConfigsBuilder, moveit_configs.MoveItConfigs),
         'moveit_configs_utils.moveit_configs_builder': _named(
-            moveit_configs.MoveItConfigsBuilder, moveit_configs.MoveItConfigs),
+            moveit_configs.MoveItConfigsBuilder, moveit_configs.MoveItConfigs,
+            moveit_configs.get_pattern_matches),
         'moveit_configs_utils.launches': _named(
             launches.generate_demo_launch, launches.generate_move_group_launch,
             launches.generate_moveit_rviz_launch, launches.generate_rsp_launch,

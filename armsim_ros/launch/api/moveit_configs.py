@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+import re
 from typing import Any
 
 from typing_extensions import Self
@@ -64,6 +65,14 @@ def load_xacro(file_path: Any, mappings: Mapping[str, Any] | None = None) -> str
 def get_path(file_path: Any) -> Path:
     """Return a value as a path."""
     return Path(file_path)
+
+
+def get_pattern_matches(folder: Path, pattern: re.Pattern[str]) -> list[Any]:
+    """Return the files of a folder that match: the first group of each, or its path."""
+    found = [(child, pattern.search(child.name)) for child in folder.iterdir()
+             if child.is_file()] if folder.exists() else []
+    return [match.groups()[0] if match.groups() else child
+            for child, match in found if match is not None]
 
 
 class ParameterBuilder:

@@ -16,6 +16,7 @@ from armsim_ros.launch.api.context import (
     SomeText,
     TextSubstitution,
 )
+from armsim_ros.launch.api.namespaces import make_namespace_absolute, prefix_namespace
 from armsim_ros.launch.api.process import ExecuteProcess
 from armsim_ros.launch.api.ros_parameters import evaluate_parameters, ParameterFile
 from armsim_ros.launch.failures import LaunchError, Placed
@@ -114,10 +115,7 @@ class Node(ExecuteProcess):
         package = perform_text(context, self._package) if self._package is not None else ''
         own = context.launch_configurations
         name = '' if self._node_name is None else perform_text(context, self._node_name)
-        namespace = make_namespace(
-            own.get(NAMESPACE_KEY, ''),
-            '' if self._namespace is None else perform_text(context, self._namespace))
-        has_namespace = self._namespace is not None or NAMESPACE_KEY in own
+        namespace = _namespace(context, self._namespace)
         try:
             parameters = evaluate_parameters(context, self._parameters)
         except TypeError as error:
@@ -126,10 +124,10 @@ class Node(ExecuteProcess):
         made.node = self._expanded = RosNode(
             package=package or '-',
             executable=executable,
-            name=name, namespace=namespace,
+            name=name, namespace=namespace or '/',
             parameters=[source for source in parameters if self._exists(context, source)],
             group_parameters=own.get(PARAMETERS_KEY, ()),
-            key=f'{namespace.rstrip("/")}/{name}' if name and has_namespace else ALL_NODES,
+            key=f'{namespace.rstrip("/")}/{name}' if namespace and name else ALL_NODES,
             remappings=[*own.get(REMAPPINGS_KEY, ()), *(
                 (perform_text(context, source), perform_text(context, target))
                 for source, target in self._remappings)],
@@ -175,9 +173,7 @@ class PushRosNamespace(Action):
 
     def execute(self, context: LaunchContext) -> None:
         """Enter it."""
-        own = context.launch_configurations
-        own[NAMESPACE_KEY] = make_namespace(
-            own.get(NAMESPACE_KEY, ''), perform_text(context, self._given))
+        context.launch_configurations[NAMESPACE_KEY] = _namespace(context, self._given)
 
 
 class SetParameter(Action):
@@ -259,10 +255,11 @@ class SetROSLogDir(Action):
         context.environment['ROS_LOG_DIR'] = perform_text(context, self._folder)
 
 
-def make_namespace(base: str, namespace: str) -> str:
-    """Return a namespace inside another; a name with a slash at its begin is absolute."""
-    whole = namespace if namespace.startswith('/') else f'{base}/{namespace}'
-    return '/' + '/'.join(part for part in whole.split('/') if part)
+def _namespace(context: LaunchContext, given: SomeText | None) -> str | None:
+    """Return a namespace inside that of the group, None where neither has one."""
+    return make_namespace_absolute(prefix_namespace(
+        context.launch_configurations.get(NAMESPACE_KEY),
+        None if given is None else perform_text(context, given)))
 
 
 def _extend(context: LaunchContext, key: str, values: Iterable[Any]) -> None:
@@ -305,14 +302,11 @@ class ComposableNode(Placed):
         """Return it with all substitutions performed, None if its condition does not hold."""
         if self.condition is not None and not self.condition.evaluate(context):
             return None
-        own = context.launch_configurations
         return RosNode(
             package=perform_text(context, self.package),
             executable=perform_text(context, self.node_plugin),
             name=perform_text(context, self.node_name) if self.node_name is not None else '',
-            namespace=make_namespace(
-                own.get(NAMESPACE_KEY, ''), perform_text(context, self.node_namespace)
-                if self.node_namespace is not None else ''),
+            namespace=_namespace(context, self.node_namespace) or '/',
             parameters=evaluate_parameters(context, self.parameters),
             remappings=[(perform_text(context, source), perform_text(context, target))
                         for source, target in self.remappings])

@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 from armsim_ros.launch.api.context import (
     as_yaml_value,
@@ -20,6 +20,12 @@ from armsim_ros.launch.api.context import (
 )
 from armsim_ros.launch.failures import LaunchError, Placed
 from armsim_ros.launch.process_spec import ParameterSource
+
+#: What launch files annotate their functions with.
+SomeParameterFile = Union[SomeText, 'ParameterFile']
+SomeParameterValue = Union['ParameterValue', SomeText, int, float, bool, Sequence[Any]]
+SomeParametersDict = Mapping[Any, Any]
+SomeParameters = Sequence[Union[SomeParameterFile, 'Parameter', SomeParametersDict]]
 
 
 class ParameterValue(Placed):
@@ -40,7 +46,7 @@ class ParameterValue(Placed):
         :raises LaunchError: where it is not of its type.
         """
         try:
-            if _is_text(self.value) and (
+            if is_text(self.value) and (
                     self.value_type is not None or not isinstance(self.value, str)):
                 return coerce(perform_text(context, self.value), self.value_type)
             value = plain_value(context, self.value)
@@ -107,7 +113,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Any) -> list[Paramet
     """
     if parameters is None:
         return []
-    if isinstance(parameters, (Mapping, ParameterFile)) or _is_text(parameters):
+    if isinstance(parameters, (Mapping, ParameterFile)) or is_text(parameters):
         parameters = [parameters]
     found: list[ParameterSource] = []
     for item in parameters:
@@ -119,7 +125,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Any) -> list[Paramet
             found.append({perform_text(context, item.name): item.evaluate(context)})
         elif isinstance(item, Mapping):
             found.append(evaluate_block(context, item))
-        elif _is_text(item) or isinstance(item, os.PathLike):
+        elif is_text(item) or isinstance(item, os.PathLike):
             found.append(perform_text(context, item))
         elif isinstance(item, Iterable):
             found += evaluate_parameters(context, item)
@@ -128,6 +134,17 @@ def evaluate_parameters(context: LaunchContext, parameters: Any) -> list[Paramet
                                 f'{type(item).__name__}; allowed: a mapping, or the path of a '
                                 'file')
     return found
+
+
+def normalize_parameters(parameters: Any) -> tuple[Any, ...]:
+    """
+    Return the parameters of a node as evaluate_parameters takes them.
+
+    :raises TypeError: where they are not a list.
+    """
+    if isinstance(parameters, str) or not isinstance(parameters, Sequence):
+        raise TypeError(f'Expecting list of parameters, got {parameters}')
+    return tuple(parameters)
 
 
 def evaluate_block(context: LaunchContext, block: Mapping[Any, Any], prefix: str = ''
@@ -154,7 +171,7 @@ def plain_value(context: LaunchContext, value: Any) -> Any:
         return os.fspath(value)
     if isinstance(value, (list, tuple)):
         if value and _has_substitution(value) and all(
-                _is_text(item) for item in value) and not all(
+                is_text(item) for item in value) and not all(
                 isinstance(item, (list, tuple)) for item in value):
             return _typed(perform_text(context, value))
         return _uniform([plain_value(context, item) for item in value])
@@ -175,11 +192,12 @@ def _typed(text: str) -> Any:
     return _uniform(value) if isinstance(value, list) else value
 
 
-def _is_text(value: Any) -> bool:
+def is_text(value: Any) -> bool:
+    """Return whether a value is a text, a substitution, or several in a row."""
     if isinstance(value, (str, Substitution)):
         return True
     return isinstance(value, (list, tuple)) and bool(value) and all(
-        isinstance(item, (str, Substitution)) or _is_text(item) for item in value) and \
+        isinstance(item, (str, Substitution)) or is_text(item) for item in value) and \
         _has_substitution(value)
 
 

@@ -7,6 +7,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from armsim_ros.launch.api.context import LaunchContext, normalize_to_list_of_substitutions
+from armsim_ros.launch.api.ros_parameters import is_text, ParameterValue
+
+
+def normalize_typed_substitution(value: Any, data_type: Any) -> Any:
+    """Return a value for perform_typed_substitution: substitutions as a list, others as is."""
+    if is_text(value) and not isinstance(value, str):
+        return normalize_to_list_of_substitutions(value)
+    return value
+
+
+def perform_typed_substitution(context: LaunchContext, value: Any, data_type: Any) -> Any:
+    """
+    Return a value, that of substitutions with a type.
+
+    :param data_type: None for the type that YAML sees.
+    :raises LaunchError: where it is not of its type.
+    """
+    return ParameterValue(value, value_type=data_type).evaluate(context)
+
 
 def create_future(_loop: Any) -> None:
     """Return None: the event loop keeps track of what to wait for."""
