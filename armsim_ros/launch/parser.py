@@ -143,17 +143,25 @@ class Parser:
             prepend=(element.text('prepend') or 'false').lower() == 'true',
             condition=self.condition_of(element))
 
+    def _make_reset(self, element: Element) -> Entity:
+        return configuration.ResetLaunchConfigurations(
+            self._kept(element), condition=self.condition_of(element))
+
+    def _make_reset_env(self, element: Element) -> Entity:
+        return configuration.ResetEnvironment(condition=self.condition_of(element))
+
+    def _kept(self, element: Element) -> dict[str, list[Substitution]]:
+        return {child.get_attr('name'): self._text(child, 'value')
+                for child in element.all('keep')}
+
     # Structure ----------------------------------------------------------------------------------
 
     def _make_group(self, element: Element) -> Entity:
-        kept = element.all('keep')
         inside = [child for child in element.children if child.type_name != 'keep']
         return actions.GroupAction(
             self._all(inside), scoped=_truth(element, 'scoped', True),
             forwarding=_truth(element, 'forwarding', True),
-            launch_configurations={child.get_attr('name'): self._text(child, 'value')
-                                   for child in kept},
-            condition=self.condition_of(element))
+            launch_configurations=self._kept(element), condition=self.condition_of(element))
 
     def _make_include(self, element: Element) -> Entity:
         source = self._at(AnyLaunchDescriptionSource(self._text(element, 'file')), element)
@@ -169,9 +177,12 @@ class Parser:
             [ros_node.PushRosNamespace(self.parse_substitution(namespace)), included])
 
     def _make_timer(self, element: Element) -> Entity:
-        return event_handlers.TimerAction(
-            period=self._text(element, 'period'), actions=self._all(element.children),
-            condition=self.condition_of(element))
+        kind = event_handlers.RosTimer if element.type_name == 'ros_timer' \
+            else event_handlers.TimerAction
+        return kind(period=self._text(element, 'period'), actions=self._all(element.children),
+                    condition=self.condition_of(element))
+
+    _make_ros_timer = _make_timer
 
     def _make_for(self, element: Element) -> Entity:
         if 'len' in element.attributes:
@@ -229,6 +240,7 @@ class Parser:
         for name, keyword in (
                 ('name', 'name'), ('cwd', 'cwd'), ('launch-prefix', 'prefix'),
                 ('respawn', 'respawn'), ('respawn_delay', 'respawn_delay'),
+                ('respawn_max_retries', 'respawn_max_retries'),
                 ('emulate_tty', 'emulate_tty'), ('sigterm_timeout', 'sigterm_timeout'),
                 ('sigkill_timeout', 'sigkill_timeout')):
             value = self._optional(element, name)

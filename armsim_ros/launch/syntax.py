@@ -5,10 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+import re
 from typing import Any
 
 from armsim_ros.errors import Location, nearest
-from armsim_ros.launch.api import paths, programs, substitutions
+from armsim_ros.launch.api import launches, paths, programs, substitutions
 from armsim_ros.launch.api.context import coerce, Substitution, TextSubstitution
 from armsim_ros.launch.failures import LaunchError
 
@@ -202,6 +203,15 @@ def _command(words: Sequence[Argument]) -> Substitution:
     return programs.Command(_joined(words))
 
 
+def _eval(words: Sequence[Argument]) -> Substitution:
+    if len(words) == 2 and _MODULES.fullmatch(_plain(words[1])):
+        modules = [name.strip() for name in _plain(words[1]).split(',')]
+        return programs.PythonExpression(words[0], modules)
+    return programs.PythonExpression(_joined(words))
+
+
+#: The second argument of ``$(eval 'expression' 'modules')``.
+_MODULES = re.compile(r'[\w.]+(\s*,\s*[\w.]+)*')
 #: Name -> function that makes the substitution from its arguments.
 KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'var': _var,
@@ -216,9 +226,10 @@ KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'exec-in-pkg': lambda words: paths.ExecutableInPackage(words[0], words[1]),
     'dirname': lambda words: paths.ThisLaunchFileDir(),
     'filename': lambda words: paths.ThisLaunchFile(),
+    'log_dir': lambda words: paths.LaunchLogDir(),
     'log-dir': lambda words: paths.LaunchLogDir(),
     'launch_log_dir': lambda words: paths.LaunchLogDir(),
-    'eval': lambda words: programs.PythonExpression(_joined(words)),
+    'eval': _eval,
     'command': _command,
     'anon': lambda words: substitutions.AnonName(words[0]),
     'not': lambda words: substitutions.NotSubstitution(words[0]),
@@ -234,7 +245,9 @@ KINDS: dict[str, Callable[[Sequence[Argument]], Substitution]] = {
     'for-var': lambda words: substitutions.ForEachVar(
         _plain(words[0]), words[1] if len(words) > 1 else None),
     'index': lambda words: substitutions.ForLoopIndex(_plain(words[0])),
-    'param': lambda words: paths.Parameter(words[0]),
+    'param': lambda words: paths.Parameter(
+        words[0], default=words[1] if len(words) > 1 else None),
+    'xacro': lambda words: launches.Xacro(words[0]),
     'local': lambda words: substitutions.LocalSubstitution(_plain(words[0])),
 }
 

@@ -5,6 +5,7 @@
 import io
 import subprocess
 import sys
+from xml.sax.saxutils import quoteattr
 
 import pytest
 
@@ -216,21 +217,26 @@ def test_an_xml_file(dry, workspace):
     ('$(param speed)', '2'), ('$(file-content name.txt)', 'content'),
     ('$(env NOT_SET_AT_ALL bert)', 'bert'), ('$(eval 1 + 2)', '3'),
     ('$(command "echo said")', 'said'), ('$(filename)', 'it.launch.xml'),
-    ('$(exec-in-pkg one mine)', 'scripts/one'), ('$(dirname)', 'mine/launch'),
+    ('$(exec-in-pkg one mine)', 'scripts/one'),
+    ('$(param absent bert)', 'bert'), ('$(log_dir)', 'logs'),
+    ("$(eval 'string.digits' 'math, string')", '0123456789'),
+    ('$(xacro r.xacro)', '<robot name="r"/>'), ('$(dirname)', 'mine/launch'),
 ])
-def test_a_word_of_a_file_gives_its_text(dry, tmp_path, text, name):
+def test_a_word_of_a_file_gives_its_text(dry, tmp_path, text, name, monkeypatch):
     """Substitutions by their names (launch: substitutions, expose_substitution)."""
     (tmp_path / 'name.txt').write_text('content')
+    (tmp_path / 'r.xacro').write_text('<robot name="r"/>')
+    monkeypatch.setenv('ROS_LOG_DIR', 'logs')
     said = dry(f"""
         <launch>
           <arg name="who" default="anna"/>
           <arg name="go" default="true"/>
           <set_parameter name="speed" value="2"/>
-          <log message='{text}'/>
+          <log message={quoteattr(text)}/>
         </launch>
     """, name='it.launch.xml')
     assert said.status == 0
-    assert said.errors.splitlines()[0].endswith(name)
+    assert said.errors.rstrip().endswith(name)
 
 
 def test_a_yaml_file(dry, workspace):

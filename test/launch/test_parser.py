@@ -53,3 +53,39 @@ launch:
     assert found == {'quoted': '1', 'int': 1, 'empty': '', 'substitution': 2,
                      'texts': ['1', 'true'], 'numbers': [0.0, 0.5]}
     assert isinstance(found['numbers'][0], float)
+
+
+def test_resets(dry, monkeypatch):
+    """launch/actions: <reset> with <keep>, and <reset_env>."""
+    monkeypatch.delenv('ROOM', raising=False)
+    said = dry("""
+        <launch>
+          <let name="a" value="kept"/>
+          <let name="b" value="lost"/>
+          <set_env name="ROOM" value="hall"/>
+          <reset><keep name="c" value="$(var a)"/></reset>
+          <reset_env/>
+          <node pkg="mine" exec="one" name="$(var c)_$(var b none)_$(env ROOM unset)"/>
+        </launch>
+    """, name='it.launch.xml')
+    assert list(said.processes()) == ['kept_none_unset']
+
+
+def test_a_ros_timer(dry):
+    """launch_ros/actions/ros_timer.py, parse: its children follow after the period."""
+    said = dry("""
+        <launch>
+          <ros_timer period="1.0"><node pkg="mine" exec="one" name="late"/></ros_timer>
+          <node pkg="mine" exec="one" name="soon"/>
+        </launch>
+    """, name='it.launch.xml')
+    assert list(said.processes()) == ['soon', 'late']
+
+
+def test_the_number_of_respawns(tmp_path):
+    """launch/actions/execute_process.py, parse: respawn_max_retries."""
+    path = tmp_path / 'it.launch.xml'
+    path.write_text('<launch><node pkg="mine" exec="one" respawn="true" '
+                    'respawn_max_retries="2"/></launch>')
+    (node,) = read_launch_file(path).entities
+    assert node.spec(LaunchContext()).respawn_max_retries == 2
