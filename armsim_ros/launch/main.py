@@ -107,6 +107,9 @@ options:
   -d, --debug              accepted, without effect
   -a, --show-all-subprocesses-output
                            show all output (always on here)
+  --launch-prefix COMMAND  put a command before every program, such as 'nice'
+  --launch-prefix-filter REGEX
+                           only before the programs whose names it matches
   packages_path:=DIR[:DIR] folders that are searched first for packages"""
 
 #: Option -> the field that it sets, '' of an option that changes nothing here.
@@ -118,6 +121,8 @@ _FLAGS = {
     **dict.fromkeys(('-d', '--debug', '-a', '--show-all-subprocesses-output',
                      '--noninteractive'), ''),
 }
+#: Options that set the launch configurations of their names.
+_SETTINGS = ('--launch-prefix', '--launch-prefix-filter')
 ENDINGS = ('launch.py', '_launch.py', 'launch.xml', 'launch.yaml', 'launch.yml', '.launch')
 
 
@@ -146,9 +151,16 @@ def parse_words(words: Sequence[str]) -> LaunchWords:
     places: list[str] = []
     arguments: dict[str, str] = {}
     flags: dict[str, bool] = {}
-    for word in words:
+    rest = iter(words)
+    for word in rest:
         name, sign, value = word.partition(':=')
-        if sign and not word.startswith('-'):
+        option, is_whole, setting = word.partition('=')
+        if option in _SETTINGS:
+            found = setting if is_whole else next(rest, None)
+            if found is None:
+                raise UsageError(f"'{option}' needs a value")
+            arguments[option.lstrip('-')] = found
+        elif sign and not word.startswith('-'):
             if not name:
                 raise UsageError(f"cannot read '{word}': arguments are written name:=value")
             arguments[name] = value
@@ -158,7 +170,8 @@ def parse_words(words: Sequence[str]) -> LaunchWords:
                 f'-{letter}' in _FLAGS for letter in word[1:]):
             flags.update({_FLAGS[f'-{letter}']: True for letter in word[1:]})
         elif word.startswith('-'):
-            raise UsageError(f"unknown option '{word}'; {nearest(word, tuple(_FLAGS)) or USAGE}")
+            hint = nearest(word, (*_FLAGS, *_SETTINGS)) or USAGE
+            raise UsageError(f"unknown option '{word}'; {hint}")
         else:
             places.append(word)
     if not places:

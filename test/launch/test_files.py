@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import pytest
 
 from armsim_ros.launch.engine import watchdog
-from armsim_ros.launch.main import main
+from armsim_ros.launch.main import main, parse_words
 
 
 def test_a_file_that_raises_is_answered_with_its_own_line(dry):
@@ -306,6 +306,7 @@ def test_print_description(write, capsys):
                                   "'it.launch.py'?"),
     (['no_such_package', 'x.launch.py'], "package 'no_such_package' is not found"),
     (['nowhere.launch.py'], "launch file 'nowhere.launch.py' does not exist"),
+    (['x', '--launch-prefix'], "'--launch-prefix' needs a value"),
     (['--dry', 'x'], "unknown option '--dry'; did you mean '--dry-run'?"),
 ])
 def test_wrong_words_are_answered(write, capsys, words, text):
@@ -313,6 +314,13 @@ def test_wrong_words_are_answered(write, capsys, words, text):
     write('', 'it.launch.py')
     assert main(words) == 2
     assert text in capsys.readouterr().err
+
+
+def test_options_set_the_prefix_of_the_processes(write):
+    """ros2launch has these options, with a value that follows or is in the same word."""
+    found = parse_words([str(write('')), '--launch-prefix', 'nice -n 5',
+                         '--launch-prefix-filter=move.*'])
+    assert found.arguments == {'launch-prefix': 'nice -n 5', 'launch-prefix-filter': 'move.*'}
 
 
 def test_a_file_by_package_and_name(write, capsys):

@@ -84,6 +84,17 @@ def test_files_and_what_groups_set_come_first(tmp_path):
     assert node.remappings == [('d', 'e'), ('b', 'c')]
 
 
+@pytest.mark.parametrize(('own', 'pattern', 'prefix'), [
+    (None, '', ['nice', '-n', '5']), (None, 'arm', ['nice', '-n', '5']), (None, 'leg', []),
+    ('gdb', 'leg', ['gdb'])])
+def test_the_prefix_of_a_process(own, pattern, prefix):
+    """launch/descriptions/executable.py, prepare: the filter does not hold for its own prefix."""
+    context = LaunchContext()
+    context.launch_configurations.update(
+        {'launch-prefix': 'nice -n 5', 'launch-prefix-filter': pattern})
+    assert Node(executable='arm_driver', prefix=own).spec(context).prefix == prefix
+
+
 @pytest.mark.parametrize(('more', 'before', 'key'), [
     ({'name': 'arm', 'namespace': 'left'}, (), '/left/arm'),
     ({'name': 'arm', 'namespace': ''}, (), '/arm'),

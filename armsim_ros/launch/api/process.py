@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+import os
+import re
 import shlex
 from typing import Any
 
@@ -136,7 +138,8 @@ class ExecuteLocal(Action):
             respawn=self._flag(context, self._respawn, 'respawn'),
             respawn_delay=self._seconds(context, self._respawn_delay, 0.0),
             respawn_max_retries=int(self._seconds(context, self._respawn_max_retries, -1.0)),
-            sigterm_timeout=term, sigkill_timeout=kill, prefix=shlex.split(self._prefix(context)))
+            sigterm_timeout=term, sigkill_timeout=kill,
+            prefix=shlex.split(self._prefix(context, words[0])))
 
     def ended(self, context: LaunchContext, event: Any) -> list[LaunchDescriptionEntity]:
         """Return the actions for its exit."""
@@ -151,11 +154,13 @@ class ExecuteLocal(Action):
         self.process_details = {'name': name, 'cmd': spec.command, 'pid': pid, 'cwd': spec.cwd,
                                 'env': spec.environment}
 
-    def _prefix(self, context: LaunchContext) -> str:
+    def _prefix(self, context: LaunchContext, program: str) -> str:
         given = self._executable.prefix
         if given is not None:
             return perform_text(context, given)
-        return str(context.launch_configurations.get('launch-prefix', ''))
+        settings = context.launch_configurations
+        matches = re.match(settings.get('launch-prefix-filter', ''), os.path.basename(program))
+        return str(settings.get('launch-prefix', '')) if matches else ''
 
     def _flag(self, context: LaunchContext, value: Any, name: str) -> bool:
         if isinstance(value, bool):
