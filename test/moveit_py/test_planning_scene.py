@@ -223,3 +223,14 @@ def test_cells_of_an_octomap_collide(scene, model):
     assert scene.is_state_colliding('panda_arm')
     scene.process_octomap(Octomap())
     assert not scene.is_state_colliding('panda_arm')
+
+
+def test_an_octomap_is_not_part_of_a_self_collision(scene, model):
+    """Robot and attached bodies only. planning_scene.cpp, checkSelfCollision."""
+    cells = octomap_from_cells(
+        np.zeros((1, 3), dtype=np.int64), np.ones(1, dtype=np.float32), 1.0, np.eye(4))
+    scene.process_octomap(octomap_to_message(cells, model.model_frame).octomap)
+    everything, itself = CollisionResult(), CollisionResult()
+    scene.check_collision(CollisionRequest(), everything)
+    scene.check_self_collision(CollisionRequest(), itself)
+    assert (everything.collision, itself.collision) == (True, False)

@@ -275,9 +275,9 @@ class PlanningScene(SceneView):
         return str(joined(self.refusals)) if self.refusals else ''
 
     def without_world(self) -> PlanningScene:
-        """Return a snapshot without objects in the world."""
+        """Return a snapshot without objects and octomap in the world."""
         copy = self.snapshot()
-        copy._commit(replace(copy._content, objects=MappingProxyType({})))
+        copy._commit(replace(copy._content, objects=MappingProxyType({}), octomap=None))
         return copy
 
     def unpadded(self) -> PlanningScene:
