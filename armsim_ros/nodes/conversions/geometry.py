@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeVar
 
-from geometry_msgs.msg import Point, Pose, Quaternion, Transform
+from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Vector3
 import numpy as np
 from shape_msgs.msg import Mesh as MeshMessage
 from shape_msgs.msg import MeshTriangle, SolidPrimitive
@@ -65,6 +65,17 @@ def pose_to_message(pose: Matrix) -> Pose:
     message = Pose(orientation=Quaternion(x=x, y=y, z=z, w=w))
     message.position = Point(x=float(pose[0, 3]), y=float(pose[1, 3]), z=float(pose[2, 3]))
     return message
+
+
+def corners_from_message(points: Sequence[Vector3]) -> tuple[Matrix, Matrix]:
+    """
+    Return the smallest and the largest corner (3,) of an axis-aligned box [m].
+
+    :param points: two opposite corners, in any order, such as those of
+        ``simulation_interfaces/msg/Bounds``.
+    """
+    corners = [(point.x, point.y, point.z) for point in points]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
 def primitive_from_message(message: SolidPrimitive) -> Geometry:

@@ -15,6 +15,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.errors import ResourceError
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
 from armsim_ros.model.transforms import pose_from_quat_xyzw, quat_wxyz_from_matrix
+from armsim_ros.nodes.conversions.geometry import corners_from_message
 from armsim_ros.nodes.web.shapes import Color, PLANE_SIZE, rgb, ShapeReader, Surface
 
 #: What has no colour of its own: world objects, and attached ones.
@@ -209,7 +210,7 @@ class Entity:
         """Return the middle and the sides of the box that it fills, (3,) each [m]."""
         if self.bounds is None or self.bounds.type != _BOX or len(self.bounds.points) != 2:
             return None
-        low, high = (np.array((each.x, each.y, each.z)) for each in self.bounds.points)
+        low, high = corners_from_message(self.bounds.points)
         return 0.5 * (low + high), np.maximum(high - low, _THINNEST)
 
     def form(self) -> dict[str, Any]:

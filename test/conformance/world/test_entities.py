@@ -68,6 +68,7 @@ def test_entities_by_region_and_by_label(world: WorldUser) -> None:
     assert 'triangle' not in chosen(world, bounds=Bounds(type=3, points=near))
     high = [Vector3(x=0.5, y=-0.5, z=1.8), Vector3(x=0.7, y=0.5, z=1.9)]
     assert chosen(world, bounds=Bounds(type=1, points=high)) == ['picture']
+    assert chosen(world, bounds=Bounds(type=1, points=high[::-1])) == ['picture']
     code, _ = world.result('set_entity_info', entity='cube',
                            info=EntityInfo(description='red', tags=['food', 'red']))
     assert code == OK
@@ -180,11 +181,15 @@ def test_fixed_objects_move_but_have_no_velocity_and_robots_stay(world: WorldUse
 
 @statement('A7')
 def test_bounds_are_a_box_in_the_entitys_frame(world: WorldUser) -> None:
-    """Of the cube its own measures; of the robot all its links."""
+    """
+    Of the cube its own measures; of the robot all its links; the upper corner comes first.
+
+    simulation_interfaces Bounds.msg, TYPE_BOX.
+    """
     bounds = world.call('get_entity_bounds', entity='cube').bounds
     assert bounds.type == Bounds.TYPE_BOX
-    low, high = bounds.points
+    high, low = bounds.points
     assert (low.x, low.y, low.z) == pytest.approx((-0.04, -0.04, -0.0125), abs=1e-6)
     assert (high.x, high.y, high.z) == pytest.approx((0.04, 0.04, 0.0125), abs=1e-6)
-    low, high = world.call('get_entity_bounds', entity='sunday').bounds.points
+    high, low = world.call('get_entity_bounds', entity='sunday').bounds.points
     assert high.z - low.z > 0.3

@@ -56,7 +56,7 @@ def test_texts_of_every_format_are_told_by_their_content(
     """SDF, URDF, MJCF and our YAML; what is not used of them is said in the OK answer."""
     response = world.spawn('thing', (0, 2, 3), uri='', resource_string=text)
     assert response.result.result == OK, response.result.error_message
-    low, high = world.call('get_entity_bounds', entity='thing').bounds.points
+    high, low = world.call('get_entity_bounds', entity='thing').bounds.points
     assert (high.x - low.x, high.y - low.y, high.z - low.z) == pytest.approx(measure, abs=1e-6)
     for word in unused:
         assert f'<{word}' in response.result.error_message
@@ -203,7 +203,7 @@ def test_spawnables_can_be_spawned(world: WorldUser) -> None:
     for number, one in enumerate(spawnables):
         response = world.spawn(f'spawnable_{number}', (3.0 * number, 30.0, 3.0), uri=one.uri)
         assert response.result.result == OK, response.result.error_message
-    low, high = spawnables[uris.index('armsim://feeding_place/cube')].spawn_bounds.points
+    high, low = spawnables[uris.index('armsim://feeding_place/cube')].spawn_bounds.points
     assert high.x - low.x == pytest.approx(0.08)
 
 

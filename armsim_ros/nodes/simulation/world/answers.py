@@ -127,8 +127,13 @@ def state_message(state: State, time_ns: int) -> EntityState:
 
 
 def box(low: Matrix, high: Matrix) -> Bounds:
-    """Return a box by its smallest and largest corner (3,) [m]."""
-    return Bounds(type=Bounds.TYPE_BOX, points=[vector(low), vector(high)])
+    """
+    Return the message of a box, whose largest corner comes first.
+
+    :param low: its smallest corner (3,) [m].
+    :param high: its largest corner (3,) [m].
+    """
+    return Bounds(type=Bounds.TYPE_BOX, points=[vector(high), vector(low)])
 
 
 def vector(values: Matrix) -> Vector3:

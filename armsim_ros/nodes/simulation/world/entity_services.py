@@ -15,7 +15,14 @@ from typing import Any
 import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from simulation_interfaces.msg import Bounds, EntityCategory, EntityFilters, EntityInfo, TagsFilter
+from simulation_interfaces.msg import (
+    Bounds,
+    EntityCategory,
+    EntityFilters,
+    EntityInfo,
+    Result,
+    TagsFilter,
+)
 from simulation_interfaces.srv import (
     GetEntities,
     GetEntitiesStates,
@@ -28,6 +35,7 @@ from simulation_interfaces.srv import (
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.errors import SimulationError
+from armsim_ros.nodes.conversions.geometry import corners_from_message
 from armsim_ros.nodes.simulation.world.answers import (
     answered,
     box,
@@ -54,6 +62,7 @@ class Selection:
     A filter that was understood.
 
     :param filters: the message.
+    :raises RefusedError: its region has a type that is not supported.
     :raises SimulationError: a filter cannot be understood.
     """
 
@@ -125,14 +134,16 @@ def region(bounds: Bounds) -> Callable[[Matrix, Matrix], bool] | None:
     """
     Return a test whether a box of the world overlaps a region; None where there is none.
 
-    :raises SimulationError: a region that is not supported or has wrong points.
+    :raises RefusedError: the type of the region is not supported.
+    :raises SimulationError: it has wrong points.
     """
     if bounds.type == Bounds.TYPE_EMPTY:
         return None
     points = np.array([(point.x, point.y, point.z) for point in bounds.points])
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
-        raise SimulationError(f'bounds of type {bounds.type} are not supported; allowed: '
-                              'TYPE_BOX (1), TYPE_SPHERE (3)')
+        raise RefusedError(
+            Result.RESULT_FEATURE_UNSUPPORTED, f'bounds of type {bounds.type} are not supported; '
+            'allowed: TYPE_EMPTY (0), TYPE_BOX (1), TYPE_SPHERE (3)')
     if points.shape != (2, 3) or not np.isfinite(points).all():
         raise SimulationError(f'the bounds have {len(points)} points; allowed: 2, finite')
     if bounds.type == Bounds.TYPE_SPHERE:
@@ -142,10 +153,10 @@ def region(bounds: Bounds) -> Callable[[Matrix, Matrix], bool] | None:
             return float(np.linalg.norm(np.clip(centre, low, high) - centre)) <= radius
 
         return in_sphere
-    first, last = points
+    least, most = corners_from_message(bounds.points)
 
     def in_box(low: Matrix, high: Matrix) -> bool:
-        return bool((low <= last).all() and (high >= first).all())
+        return bool((low <= most).all() and (high >= least).all())
 
     return in_box
 

@@ -2,16 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """How objects of a planning scene are to be drawn."""
 
-from geometry_msgs.msg import Pose
+from geometry_msgs.msg import Pose, Vector3
 from moveit_msgs.msg import CollisionObject
+import numpy as np
 import pytest
 from shape_msgs.msg import Plane, SolidPrimitive
+from simulation_interfaces.msg import Bounds
 from std_msgs.msg import ColorRGBA
 
 pytest.importorskip('viser')
 
 from armsim_ros.model.geometry import Box, Cone, Cylinder, Sphere
-from armsim_ros.nodes.web.objects_drawing import DrawnObject, geometries
+from armsim_ros.nodes.web.objects_drawing import DrawnObject, Entity, geometries
 
 GREY = ColorRGBA(r=0.5, g=0.5, b=0.5, a=1.0)
 
@@ -45,3 +47,13 @@ def test_primitives_have_their_shapes():
     item.primitive_poses = [Pose() for _ in item.primitives]
     assert [shape for shape, _ in geometries(item)] == [
         Box((0.1, 0.2, 0.3)), Sphere(0.1), Cylinder(0.1, 0.3), Cone(0.2, 0.4)]
+
+
+def test_an_entity_is_as_large_as_its_bounds():
+    """Whichever corner the simulator sends first."""
+    corners = [Vector3(x=0.3, y=0.2, z=0.1), Vector3(x=-0.1)]
+    for points in (corners, corners[::-1]):
+        bounds = Bounds(type=Bounds.TYPE_BOX, points=points)
+        middle, sides = Entity('cube', 'world', Pose(), bounds).box()
+        np.testing.assert_allclose(middle, (0.1, 0.1, 0.05))
+        np.testing.assert_allclose(sides, (0.4, 0.2, 0.1))
