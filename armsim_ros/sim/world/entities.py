@@ -115,8 +115,13 @@ class Entities:
         self._simulation = simulation
         self._robots = {robot.name: robot for robot in robots}
         self._infos: dict[str, EntityInfo] = {}
-        self.spawned: tuple[str, ...] = ()
+        self._loaded = dict(simulation.world.objects)
+
+    @property
+    def spawned(self) -> tuple[str, ...]:
         """Names of the objects that came after the world was loaded."""
+        return tuple(name for name, item in self._simulation.world.objects.items()
+                     if self._loaded.get(name) is not item)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -149,6 +154,10 @@ class Entities:
         """
         self._infos[name] = replace(
             self.info(name), description=description, tags=tuple(dict.fromkeys(tags)))
+
+    def forget_infos(self) -> None:
+        """Have every entity as it is described without :meth:`set_info`."""
+        self._infos.clear()
 
     def state(self, name: str) -> EntityState:
         """
@@ -245,9 +254,7 @@ class Entities:
         :returns: which other object one of them overlaps, '' where none does.
         :raises OverlapError: a free object overlaps a robot; nothing is added then.
         """
-        overlap = self._simulation.world.commit(edit, keep_clear=True)
-        self.spawned += tuple(item.name for item in edit.added)
-        return overlap
+        return self._simulation.world.commit(edit, keep_clear=True)
 
     def stage_delete(self, names: Iterable[str]) -> WorldEdit:
         """
@@ -263,11 +270,22 @@ class Entities:
                 raise SimulationError(f"robot '{name}' cannot be deleted; end the simulation")
         return self._simulation.world.stage(remove=names)
 
-    def delete(self, edit: WorldEdit) -> None:
-        """Remove prepared objects; only from the thread that ticks."""
+    def stage_reset(self, *, whole: bool) -> WorldEdit | None:
+        """
+        Prepare that the objects that were spawned go.
+
+        :param whole: whether those of the loaded world that were deleted come back.
+        :returns: None where nothing changes.
+        """
+        world, spawned = self._simulation.world, self.spawned
+        missing = [item for name, item in self._loaded.items()
+                   if whole and world.objects.get(name) is not item]
+        return world.stage(add=missing, remove=spawned) if missing or spawned else None
+
+    def commit(self, edit: WorldEdit) -> None:
+        """Make a prepared change; only from the thread that ticks."""
         self._simulation.world.commit(edit)
         gone = {item.name for item in edit.removed}
-        self.spawned = tuple(name for name in self.spawned if name not in gone)
         self._infos = {name: info for name, info in self._infos.items() if name not in gone}
 
     def stage_load(self, items: Iterable[WorldObject], ground: Ground) -> WorldEdit:
@@ -277,8 +295,8 @@ class Entities:
 
     def load(self, edit: WorldEdit) -> None:
         """Take a prepared world in place of the present world; only from the thread that ticks."""
-        self.delete(edit)
-        self.spawned = ()
+        self.commit(edit)
+        self._loaded = {item.name: item for item in edit.added}
 
     def has(self, name: str) -> bool:
         """Return whether there is an entity, or a link of a robot, of that name."""

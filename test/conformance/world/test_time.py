@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from simulation_interfaces.action import SimulateSteps
-from simulation_interfaces.msg import EntityState
+from simulation_interfaces.msg import EntityInfo, EntityState
 from world_user import (
     FAILED,
     HERE,
@@ -77,12 +77,18 @@ def test_states_that_cannot_be_asked_for(world: WorldUser, state: int) -> None:
 
 @statement('A14', 'A18')
 def test_stopped_is_paused_at_the_start(world: WorldUser) -> None:
-    """Objects and arm are back and what was spawned has gone; pause and play lead on."""
+    """
+    Objects and arm are back and what was spawned has gone; pause and play lead on.
+
+    simulation_interfaces SimulationState.msg, STATE_STOPPED.
+    """
     world.spawn('x')
+    assert world.result('delete_entity', entity='star')[0] == OK
     world.result('set_entity_state', entity='cube', state=EntityState(pose=pose((1, 1, 2))))
     assert world.become(STOPPED)[0] == OK
     assert world.state == STOPPED
     assert 'x' not in world.entities()
+    assert 'star' in world.entities()
     assert world.position('cube') == pytest.approx((0.16, 0.25, 1.04))
     assert world.become(STOPPED)[0] == ALREADY
     assert world.become(PAUSED)[0] == OK
@@ -180,6 +186,24 @@ def test_what_was_spawned_goes(world: WorldUser) -> None:
     world.spawn('y')
     world.gazebo('reset_simulation')
     assert 'y' not in world.entities()
+
+
+@statement('A18')
+def test_a_reset_of_all_is_a_new_start(world: WorldUser) -> None:
+    """
+    What was deleted is there again, and infos are those of the start.
+
+    simulation_interfaces ResetSimulation.srv, SCOPE_ALL.
+    """
+    before = world.call('get_entity_info', entity='cube').info
+    assert world.result('set_entity_info', entity='cube', info=EntityInfo(
+        category=before.category, tags=['red']))[0] == OK
+    assert world.result('delete_entity', entity='star')[0] == OK
+    assert world.result('reset_simulation', scope=SPAWNED | STATE)[0] == OK
+    assert 'star' not in world.entities()
+    assert world.result('reset_simulation', scope=ALL)[0] == OK
+    assert 'star' in world.entities()
+    assert world.call('get_entity_info', entity='cube').info == before
 
 
 @statement('A18')

@@ -79,6 +79,8 @@ _STATE = ResetSimulation.Request.SCOPE_STATE
 _SPAWNED = ResetSimulation.Request.SCOPE_SPAWNED
 _ALL = ResetSimulation.Request.SCOPE_ALL
 _KNOWN = _TIME | _STATE | _SPAWNED
+#: What ALL has besides: deleted objects and the infos of entities.
+_REST = _ALL & ~_KNOWN
 #: The message for clients that wait for a goal.
 REASON = 'the simulation was reset'
 NO_TIME = ('time is not reset: programs that follow /clock take no step back; stop and start '
@@ -110,20 +112,30 @@ class Resetting:
         ):
             node.create_service(Empty, name, answer, callback_group=group)
 
-    async def reset(self, scope: int, *, stop: bool = False) -> None:
+    async def stop(self) -> None:
+        """Reset all that can be reset, and pause time."""
+        await self._run(self._possible(_ALL), stop=True)
+
+    def _possible(self, scope: int) -> int:
+        """Return a scope without time where that cannot be reset."""
+        return scope if self._resets_time else scope & ~_TIME
+
+    async def _run(self, scope: int, *, stop: bool = False) -> None:
         """
         Reset states, what was spawned, or time.
 
-        :param scope: a sum of SCOPE_STATE, SCOPE_SPAWNED and, where time can be reset, SCOPE_TIME.
+        :param scope: of SCOPE_ALL, what can be reset.
         :param stop: whether time is paused then.
         """
         def change() -> None:
-            edit = (self._entities.stage_delete(self._entities.spawned)
-                    if scope & _SPAWNED and self._entities.spawned else None)
+            whole = bool(scope & _REST)
+            edit = self._entities.stage_reset(whole=whole) if scope & _SPAWNED else None
 
             def between_ticks() -> None:
                 if edit is not None:
-                    self._entities.delete(edit)
+                    self._entities.commit(edit)
+                if whole:
+                    self._entities.forget_infos()
                 if scope & (_STATE | _TIME):
                     self._work.loop.restart(
                         REASON, states=bool(scope & _STATE), time=bool(scope & _TIME))
@@ -135,23 +147,24 @@ class Resetting:
             self._work.wait_for_loop(between_ticks)
 
         await self._work.beside(change)
-        names = ((_TIME, 'time'), (_STATE, 'states'), (_SPAWNED, 'spawned entities'))
+        names = ((_TIME, 'time'), (_STATE, 'states'), (_SPAWNED, 'spawned entities'),
+                 (_REST, 'deleted entities'))
         what = [word for bit, word in names if scope & bit]
         self._node.get_logger().info(f'reset: {" and ".join(what)}')
 
     @answered
     async def _reset(self, request: Any, response: Any) -> None:
-        scope = _KNOWN if request.scope in (0, _ALL) else request.scope
-        if scope & ~_KNOWN:
+        scope = request.scope or _ALL
+        if scope != _ALL and scope & ~_KNOWN:
             raise RefusedError(
                 Result.RESULT_FEATURE_UNSUPPORTED, f'scope {request.scope} is not known; allowed: '
                 'a sum of TIME (1), STATE (2), SPAWNED (4), or ALL (255)')
-        if scope & _TIME and not self._resets_time:
-            if scope == _TIME:
+        possible = self._possible(scope)
+        if possible != scope:
+            if not possible:
                 raise RefusedError(Result.RESULT_FEATURE_UNSUPPORTED, NO_TIME)
             response.result.error_message = NO_TIME
-            scope -= _TIME
-        await self.reset(scope)
+        await self._run(possible)
 
     async def _pause(self, _: Any, response: Any) -> Any:
         if self._state.world is not None:
@@ -177,7 +190,7 @@ class Resetting:
 
     async def _logged(self, scope: int) -> None:
         try:
-            await self.reset(scope)
+            await self._run(scope)
         except SimulationError as error:
             self._node.get_logger().error(f'nothing was reset: {error}')
 
@@ -225,8 +238,7 @@ class SimulationStateServices:
             raise RefusedError(
                 kinds.ALREADY_IN_TARGET_STATE, f'it is {_WORDS[requested]} already')
         if requested == _STOPPED:
-            scopes = ResetSimulation.Request
-            await self._resetting.reset(scopes.SCOPE_STATE | scopes.SCOPE_SPAWNED, stop=True)
+            await self._resetting.stop()
         elif requested == _PLAYING:
             self._state.play()
         else:

@@ -173,7 +173,7 @@ class Spawning:
     async def _delete(self, request: Any, response: Any) -> None:
         def delete() -> None:
             edit = self._entities.stage_delete([request.entity])
-            self._work.wait_for_loop(lambda: self._entities.delete(edit))
+            self._work.wait_for_loop(lambda: self._entities.commit(edit))
 
         await self._work.beside(delete)
 

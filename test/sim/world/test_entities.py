@@ -1,0 +1,93 @@
+# Copyright 2026 armsim_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Entities of a simulation: which come, go, and are there again after a reset."""
+
+import pytest
+
+from armsim_ros.config.world import WorldSettings
+from armsim_ros.model.geometry import Sphere
+from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.sim.physics.mujoco_model import Ground
+from armsim_ros.sim.simulation import Simulation
+from armsim_ros.sim.world.entities import Entities, RobotEntity
+
+WORLD = WorldSettings.model_validate({'objects': {
+    name: {'xyz': [x, 0.0, 0.5], 'mass': 0.2, 'parts': [
+        {'shape': {'type': 'sphere', 'radius': 0.05}}]}
+    for name, x in (('ball', 1.0), ('marble', 2.0))}})
+
+
+def ball(name, xyz=(0.0, 3.0, 0.5)):
+    """Return a free object."""
+    return WorldObject.of_shape(name, Sphere(0.05), pose_matrix(xyz), mass=0.1)
+
+
+@pytest.fixture
+def simulation(arm, settings):
+    """Give an arm and two balls."""
+    return Simulation(arm, settings, WORLD)
+
+
+@pytest.fixture
+def entities(arm, simulation):
+    """Give the entities of the simulation."""
+    return Entities(simulation, [RobotEntity('tiny', arm.root_link, tuple(arm.links))])
+
+
+def reset(entities, *, whole):
+    """Reset what there is."""
+    edit = entities.stage_reset(whole=whole)
+    if edit is not None:
+        entities.commit(edit)
+
+
+def delete(entities, name):
+    """Delete an object."""
+    entities.commit(entities.stage_delete([name]))
+
+
+def test_a_whole_reset_brings_deleted_objects_back(entities):
+    """As if launched again. simulation_interfaces ResetSimulation.srv, SCOPE_ALL."""
+    delete(entities, 'ball')
+    entities.spawn(entities.stage_spawn([ball('new')]))
+    reset(entities, whole=True)
+    assert entities.names == ('ball', 'marble', 'tiny')
+    assert entities.state('ball').pose[:3, 3] == pytest.approx((1.0, 0.0, 0.5))
+    assert entities.spawned == ()
+    assert entities.stage_reset(whole=True) is None
+
+
+def test_an_object_of_a_deleted_objects_name_is_replaced(entities, simulation):
+    """The object of the loaded world returns in its place."""
+    loaded = simulation.world.objects['ball']
+    delete(entities, 'ball')
+    entities.spawn(entities.stage_spawn([ball('ball')]))
+    assert entities.spawned == ('ball',)
+    reset(entities, whole=True)
+    assert simulation.world.objects['ball'] is loaded
+
+
+def test_a_reset_of_what_was_spawned_leaves_deleted_objects_out(entities):
+    """simulation_interfaces ResetSimulation.srv, SCOPE_SPAWNED."""
+    delete(entities, 'ball')
+    entities.spawn(entities.stage_spawn([ball('ball'), ball('new', (0.0, 4.0, 0.5))]))
+    reset(entities, whole=False)
+    assert entities.names == ('marble', 'tiny')
+
+
+def test_the_loaded_world_is_what_returns(entities):
+    """After another world was loaded its objects come back, not those of the first."""
+    entities.load(entities.stage_load([ball('first'), ball('second', (0.0, 4.0, 0.5))], Ground()))
+    assert entities.spawned == ()
+    delete(entities, 'first')
+    reset(entities, whole=True)
+    assert entities.names == ('first', 'second', 'tiny')
+
+
+def test_infos_can_be_forgotten(entities):
+    """Description and labels are those of the start then."""
+    before = entities.info('ball')
+    entities.set_info('ball', 'red', ['food'])
+    entities.forget_infos()
+    assert entities.info('ball') == before
