@@ -274,13 +274,16 @@ class Entities:
         """
         Prepare that the objects that were spawned go.
 
-        :param whole: whether those of the loaded world that were deleted come back.
+        :param whole: whether those of the loaded world that were deleted come back; then all
+            are in the order of the loaded world.
         :returns: None where nothing changes.
         """
-        world, spawned = self._simulation.world, self.spawned
-        missing = [item for name, item in self._loaded.items()
-                   if whole and world.objects.get(name) is not item]
-        return world.stage(add=missing, remove=spawned) if missing or spawned else None
+        world = self._simulation.world
+        if whole and any(world.objects.get(name) is not item
+                         for name, item in self._loaded.items()):
+            return world.stage(add=self._loaded.values(), remove=world.names)
+        spawned = self.spawned
+        return world.stage(remove=spawned) if spawned else None
 
     def commit(self, edit: WorldEdit) -> None:
         """Make a prepared change; only from the thread that ticks."""

@@ -58,6 +58,16 @@ def test_a_whole_reset_brings_deleted_objects_back(entities):
     assert entities.stage_reset(whole=True) is None
 
 
+def test_a_whole_reset_is_the_same_start(entities, simulation):
+    """The state is the same to the bit, whatever was deleted."""
+    simulation.reset()
+    before = simulation.digest()
+    delete(entities, 'ball')
+    reset(entities, whole=True)
+    simulation.reset()
+    assert simulation.digest() == before
+
+
 def test_an_object_of_a_deleted_objects_name_is_replaced(entities, simulation):
     """The object of the loaded world returns in its place."""
     loaded = simulation.world.objects['ball']

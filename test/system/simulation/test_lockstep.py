@@ -193,6 +193,13 @@ def test_after_a_reset_of_all_the_run_repeats_itself(stack):
     assert digests[0] == digests[1]
 
 
+def test_stopped_is_at_time_zero(stack):
+    """A stop resets all. simulation_interfaces SimulationState.msg, STATE_STOPPED."""
+    stack.step(10)
+    stack.state(SimulationState.STATE_STOPPED)
+    assert stack.time_ns == 0
+
+
 def test_a_reset_of_time_alone_ends_goals_and_moves_nothing(stack):
     """The arm stays where it is, its goal ends with the reason, and then it moves on."""
     stack.move('scan_food')
