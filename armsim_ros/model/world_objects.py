@@ -147,6 +147,7 @@ class WorldObject:
     :param mass: [kg]; None for an object that never moves.
     :param friction: coefficient of sliding friction.
     :param inertial: how the mass is spread; None is evenly over the parts.
+    :param gravcomp: share of the weight that does not act: 0 falls, 1 floats.
     """
 
     name: str
@@ -155,6 +156,7 @@ class WorldObject:
     mass: float | None = None
     friction: float = 0.8
     inertial: Inertial | None = None
+    gravcomp: float = 0.0
 
     @classmethod
     def of_shape(

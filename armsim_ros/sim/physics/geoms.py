@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -15,11 +16,14 @@ from numpy.typing import NDArray
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Plane, Sphere
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import (
     matrix_from_axis_angle,
+    matrix_from_quat_wxyz,
     pose_from_parts,
     quat_wxyz_from_matrix,
 )
+from armsim_ros.sim.physics.compiler import compile_model
 
 #: Geom groups, as MuJoCo's viewers show and hide them.
 WORLD_GROUP, VISUAL_GROUP, COLLISION_GROUP = 0, 2, 3
@@ -76,6 +80,23 @@ def volume(geometry: Geometry) -> float:
         a, b, c = (np.asarray(geometry.vertices)[geometry.triangles[:, i]] for i in range(3))
         return abs(float(np.einsum('ij,ij->i', a, np.cross(b, c)).sum())) / 6.0
     raise SimulationError('a plane has no volume, so it cannot be part of an object with mass')
+
+
+def solid_inertial(parts: Sequence[LinkGeometry], masses: Sequence[float]) -> Inertial:
+    """
+    Return the mass properties of shapes that are filled evenly, as MuJoCo has them.
+
+    :param parts: at least one, in the frame that they share.
+    :param masses: of each [kg].
+    :raises SimulationError: MuJoCo refuses a shape.
+    """
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body()
+    for number, (part, mass) in enumerate(zip(parts, masses, strict=True)):
+        add_geom(spec, body, part.geometry, part.origin, mesh_name=str(number), mass=mass)
+    model = compile_model(spec)
+    pose = pose_from_parts(model.body_ipos[1], matrix_from_quat_wxyz(model.body_iquat[1]))
+    return Inertial(float(model.body_mass[1]), pose, np.diag(model.body_inertia[1]))
 
 
 def _primitive(geometry: Geometry) -> tuple[Any, list[float]]:

@@ -161,6 +161,7 @@ class PlantSpec:
         volumes = [1.0] * len(item.parts)
         if item.mass is not None:
             body.add_freejoint(name=name)
+            body.gravcomp = item.gravcomp
             self._add_welds(item)
             volumes = [volume(part.geometry) for part in item.parts]
         if item.mass is not None and item.inertial is not None:

@@ -4,27 +4,29 @@
 Worlds and models in SDF (http://sdformat.org/spec): what rigid objects need.
 
 Read are worlds, gravity, models (nested ones, too), local includes, static, poses with
-relative_to, links, inertials, collisions, colours of visuals, the usual shapes and friction. A
-model is a rigid object: its links hold together as they are placed. All else is listed as
-unused.
+relative_to, placement frames, links with or without gravity, inertials (automatic ones, too),
+collisions, colours of visuals, the usual shapes and friction. A model is a rigid object: its links
+hold together as they are placed. All else is listed as unused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any, TypeVar
 
 import numpy as np
 
 from armsim_ros.arrays import Matrix
+from armsim_ros.errors import SimulationError
 from armsim_ros.model.description.xml_tree import XmlElement
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere
-from armsim_ros.model.inertia import combined
+from armsim_ros.model.inertia import combined, inertial_of
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
-from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.model.transforms import inverse_pose
 from armsim_ros.model.world_objects import WorldObject
+from armsim_ros.sim.physics.geoms import solid_inertial, volume
 from armsim_ros.sim.world.loaded_world import (
     ASSET_FAULTS,
     check_names,
@@ -35,15 +37,29 @@ from armsim_ros.sim.world.loaded_world import (
     ResourceFaultError,
     Unused,
 )
+from armsim_ros.sim.world.sdf_elements import (
+    auto_of,
+    color_of,
+    flag_of,
+    floats_of,
+    named,
+    numbers_of,
+    pose_of,
+    positive,
+    refused,
+    text_of,
+    Triple,
+    triple,
+)
 
-Triple = tuple[float, float, float]
 Value = TypeVar('Value')
 MeshReader = Callable[[str, Triple], Mesh]
 #: Returns the text of the model that an address names, and what reads the files it names.
 ModelReader = Callable[[str], tuple[str, MeshReader, 'ModelReader']]
 
-#: Mass of a link without ``<inertial>`` [kg], as SDF has it.
-DEFAULT_MASS = 1.0
+#: Mass of a link without ``<inertial>`` [kg], density of an automatic one [kg/m^3], and friction
+#: of a shape without ``<mu>``, as SDF has them.
+DEFAULT_MASS, DEFAULT_DENSITY, DEFAULT_FRICTION = 1.0, 1000.0, 1.0
 #: Models inside of models, includes counted.
 MOST_NESTED = 16
 
@@ -51,6 +67,7 @@ _MODEL = {'static', 'pose', 'link', 'model', 'include', 'frame', 'joint', 'self_
           'allow_auto_disable', 'enable_wind'}
 _LINK = {'pose', 'inertial', 'collision', 'visual', 'gravity', 'self_collide', 'kinematic',
          'velocity_decay', 'enable_wind', 'must_be_base_link'}
+_INCLUDE = {'uri', 'name', 'pose', 'static'}
 _WORLD = {'model', 'include', 'gravity', 'physics', 'frame'}
 
 
@@ -64,9 +81,9 @@ def sdf_object(text: str, file: str, read_mesh: MeshReader, read_model: ModelRea
     root, unused = parse(text, file), Unused()
     model = root if root.tag == 'model' else root.first('model')
     if model is None:
-        raise _refused(root, 'it has no <model>')
+        raise refused(root, 'it has no <model>')
     reader = _Reader(read_mesh, read_model, unused, ignore_assets=False)
-    item = reader.model(model, _Scope(), 0)
+    item = reader.model(model, _Scope().pose(model), 0)
     return LoadedObject(item, unused.lines, tuple(unused.remarks))
 
 
@@ -81,17 +98,18 @@ def sdf_world(text: str, file: str, read_mesh: MeshReader, read_model: ModelRead
     root, unused = parse(text, file), Unused()
     world = root.first('world')
     if world is None:
-        raise _refused(root, 'it has no <world>')
+        raise refused(root, 'it has no <world>')
     reader = _Reader(read_mesh, read_model, unused, ignore_assets)
     for child in world.children:
         if child.tag not in _WORLD:
-            unused.add(_named(child))
+            unused.add(named(child))
     if world.first('physics') is not None:
         unused.add('<physics>: the simulation keeps its own, see simulation.yaml')
     pull = world.first('gravity')
-    gravity = None if pull is None else _triple(_floats(pull, 3))
+    gravity = None if pull is None else triple(floats_of(pull, 3))
     scope = _Scope.of(world, ('model', 'frame'))
-    read = [reader.asset(reader.model, model, scope, 0) for model in world.all('model')]
+    read = [reader.asset(reader.model, model, scope.pose(model), 0)
+            for model in world.all('model')]
     read += [reader.asset(reader.include, include, scope, 0) for include in world.all('include')]
     items = [item for item in read if item is not None]
     check_names(items)
@@ -116,18 +134,70 @@ class _Scope:
         :param base: what it is relative to by default.
         """
         given = element.first('pose')
-        local = np.eye(4) if given is None else _pose(given)
+        local = np.eye(4) if given is None else pose_of(given)
         frame = given.get('relative_to') if given is not None else ''
         frame = frame or element.get('attached_to') or base
         if frame in ('', 'world', '__model__'):
             return local
         if frame in seen:
-            raise _refused(element, f"frame '{frame}' is relative to itself")
-        if frame not in self.elements:
-            raise _refused(element, f"relative_to='{frame}' names no frame; allowed: "
-                           + (', '.join(self.elements) or 'none'))
-        outer: Matrix = self.pose(self.elements[frame], '', (*seen, frame)) @ local
-        return outer
+            raise refused(element, f"frame '{frame}' is relative to itself")
+        placed: Matrix = self.frame(element, frame, seen) @ local
+        return placed
+
+    def frame(self, element: XmlElement, name: str, seen: tuple[str, ...] = ()) -> Matrix:
+        """
+        Return the pose (4, 4) of a frame where the scope begins.
+
+        :param element: names it.
+        """
+        if name not in self.elements:
+            raise refused(element, f"'{name}' names no frame; allowed: "
+                          + (', '.join(self.elements) or 'none'))
+        return self.pose(self.elements[name], '', (*seen, name))
+
+
+@dataclass(eq=False)
+class _Contents:
+    """
+    What the links of a model hold.
+
+    :param static: whether it never moves.
+    :param floating: mass on which gravity does not act [kg].
+    """
+
+    static: bool
+    parts: list[LinkGeometry] = field(default_factory=list)
+    inertials: list[Inertial] = field(default_factory=list)
+    floating: float = 0.0
+    friction: float | None = None
+
+    def add_inertial(self, inertial: Inertial, gravcomp: float) -> None:
+        """
+        Add a mass.
+
+        :param gravcomp: share of its weight that does not act.
+        """
+        self.inertials.append(inertial)
+        self.floating += gravcomp * inertial.mass
+
+    def add(self, item: WorldObject) -> None:
+        """Add a model inside of the model; if it is fixed, the whole is."""
+        self.parts += [LinkGeometry(part.geometry, item.pose @ part.origin, rgba=part.rgba)
+                       for part in item.parts]
+        if item.inertial is None:
+            self.static = True
+        else:
+            self.add_inertial(Inertial(item.inertial.mass, item.pose @ item.inertial.origin,
+                                       item.inertial.inertia), item.gravcomp)
+
+    def item(self, name: str, pose: Matrix) -> WorldObject:
+        """Return the object."""
+        friction = DEFAULT_FRICTION if self.friction is None else self.friction
+        if self.static:
+            return WorldObject(name, pose, tuple(self.parts), None, friction)
+        whole = combined(self.inertials)
+        return WorldObject(name, pose, tuple(self.parts), whole.mass, friction, whole,
+                           self.floating / whole.mass)
 
 
 class _Reader:
@@ -150,222 +220,175 @@ class _Reader:
             return None
 
     def include(self, element: XmlElement, scope: _Scope, depth: int) -> WorldObject:
-        uri = _text(element, 'uri')
+        uri = text_of(element, 'uri')
         text, read_mesh, read_model = self._read_model(uri)
         inside = parse(text, uri)
         model = inside if inside.tag == 'model' else inside.first('model')
-        if model is None or depth >= MOST_NESTED:
-            raise _refused(element, f"'{uri}' holds no <model>" if model is None else
-                           'models are nested too deeply')
+        if model is None:
+            raise refused(element, f"'{uri}' holds no <model>")
+        for child in element.children:
+            if child.tag not in _INCLUDE:
+                self._unused.add(f"{named(child)} of the <include> of '{uri}'")
+        placed = element.first('pose') is not None
         reader = _Reader(read_mesh, read_model, self._unused, self._ignore_assets)
-        item = reader.model(model, _Scope(), depth + 1)
-        static = _flag(element, 'static')
-        return WorldObject(
-            _text(element, 'name', item.name),
-            scope.pose(element) if element.first('pose') is not None else item.pose,
-            item.parts, None if static else item.mass, item.friction,
-            None if static else item.inertial)
+        item = reader.model(
+            model, scope.pose(element) if placed else _Scope().pose(model), depth + 1,
+            static=flag_of(element, 'static'))
+        return replace(item, name=text_of(element, 'name', item.name))
 
-    def model(self, element: XmlElement, outer: _Scope, depth: int) -> WorldObject:
-        """Return a model as an object."""
+    def model(self, element: XmlElement, pose: Matrix, depth: int, *, static: bool = False
+              ) -> WorldObject:
+        """
+        Return a model as an object.
+
+        :param pose: (4, 4) of the model, or of its placement frame.
+        :param static: whether it never moves, even if it may by its own words.
+        """
         if depth >= MOST_NESTED:
-            raise _refused(element, 'models are nested too deeply')
+            raise refused(element, 'models are nested too deeply')
         name = element.get('name')
         if not name:
-            raise _refused(element, 'a <model> has no name')
+            raise refused(element, 'a <model> has no name')
         left_out = self._left_out
-        static = _flag(element, 'static')
         scope = _Scope.of(element, ('link', 'frame', 'model'))
-        parts: list[LinkGeometry] = []
-        inertials: list[Inertial] = []
-        friction: float | None = None
+        contents = _Contents(static or flag_of(element, 'static'))
         for child in element.children:
             if child.tag not in _MODEL:
-                self._unused.add(f"{_named(child)} of model '{name}'")
+                self._unused.add(f"{named(child)} of model '{name}'")
             elif child.tag == 'joint' and child.get('type') != 'fixed':
                 self._unused.add(f"joint '{child.get('name')}' of type '{child.get('type')}' of "
                                  f"model '{name}': its links hold together")
         for link in element.all('link'):
-            pose = scope.pose(link)
-            rubbing = self._link(link, pose, parts, inertials, static)
-            friction = rubbing if friction is None else friction
-        inner = [(scope.pose(child), self.model(child, scope, depth + 1))
-                 for child in element.all('model')]
-        inner += [(item.pose, item) for item in (
-            self.asset(self.include, included, scope, depth + 1)
-            for included in element.all('include'))
-            if item is not None]
-        for pose, item in inner:
-            parts += [LinkGeometry(part.geometry, pose @ part.origin, rgba=part.rgba)
-                      for part in item.parts]
-            if not static and item.inertial is not None:
-                inertials.append(Inertial(item.inertial.mass, pose @ item.inertial.origin,
-                                          item.inertial.inertia))
-        if not parts:
-            fault = _refused(element, f"model '{name}' has no <collision> that is read")
+            self._link(link, scope.pose(link), contents)
+        for child in element.all('model'):
+            contents.add(self.model(child, scope.pose(child), depth + 1))
+        for included in element.all('include'):
+            item = self.asset(self.include, included, scope, depth + 1)
+            if item is not None:
+                contents.add(item)
+        if not contents.parts:
+            fault = refused(element, f"model '{name}' has no <collision> that is read")
             if self._left_out > left_out:
                 fault.fault = Fault.MISSING_ASSETS
             raise fault
-        if not static and any(isinstance(part.geometry, Plane) for part in parts):
-            raise _refused(element, f"model '{name}' has a plane and is not static")
-        return self._object(name, outer.pose(element), parts, static, inertials, friction)
+        frame = element.get('placement_frame')
+        if frame:
+            pose = pose @ inverse_pose(scope.frame(element, frame))
+        return contents.item(name, pose)
 
-    @staticmethod
-    def _object(name: str, pose: Matrix, parts: list[LinkGeometry], static: bool,
-                inertials: list[Inertial], friction: float | None) -> WorldObject:
-        rubbing = 0.8 if friction is None else friction
-        if static:
-            return WorldObject(name, pose, tuple(parts), None, rubbing)
-        whole = combined(inertials) if inertials else None
-        mass = DEFAULT_MASS if whole is None else whole.mass
-        return WorldObject(name, pose, tuple(parts), mass, rubbing, whole)
-
-    def _link(self, link: XmlElement, pose: Matrix, parts: list[LinkGeometry],
-              inertials: list[Inertial], static: bool) -> float | None:
-        """Add a link's shapes and mass; return its friction where it has any."""
-        friction: float | None = None
-        colors = [color for color in map(_color, link.all('visual')) if color is not None]
+    def _link(self, link: XmlElement, pose: Matrix, contents: _Contents) -> None:
+        """Add a link's shapes, mass and friction."""
+        name = link.get('name')
         for child in link.children:
             if child.tag not in _LINK:
-                self._unused.add(f"{_named(child)} of link '{link.get('name')}'")
+                self._unused.add(f"{named(child)} of link '{name}'")
+        if flag_of(link, 'kinematic'):
+            contents.static = True
+            self._unused.remarks.append(f"{link.where}: link '{name}' is kinematic, so its model "
+                                        'is fixed; it can be placed and has no velocity')
+        colors = [color for color in map(color_of, link.all('visual')) if color is not None]
+        parts: list[LinkGeometry] = []
+        densities: list[float] = []
         for number, collision in enumerate(link.all('collision')):
             geometry, tilt = self._geometry(collision)
             if geometry is None:
                 continue
+            if isinstance(geometry, Plane) and not contents.static:
+                raise refused(collision, 'a plane belongs to a static model; this is not static')
             local = _Scope().pose(collision)
             color = colors[min(number, len(colors) - 1)] if colors else None
             parts.append(LinkGeometry(geometry, pose @ local @ tilt, rgba=color))
-            friction = _friction(collision) if friction is None else friction
-        inertial = link.first('inertial')
-        if inertial is not None and not static:
-            inertials.append(_inertial(inertial, pose))
-            if inertial.first('mass') is not None and inertial.first('inertia') is None:
+            densities += numbers_of(collision, 'density', 1, (math.nan,))
+            rubbing = self._friction(collision)
+            contents.friction = rubbing if contents.friction is None else contents.friction
+        contents.parts += parts
+        if not contents.static:
+            contents.add_inertial(self._inertial(link, pose, parts, densities),
+                                  0.0 if flag_of(link, 'gravity', default=True) else 1.0)
+
+    def _inertial(self, link: XmlElement, pose: Matrix, parts: Sequence[LinkGeometry],
+                  densities: Sequence[float]) -> Inertial:
+        """
+        Return the mass properties of a link.
+
+        :param densities: of its parts [kg/m^3]; NaN where a collision has none.
+        """
+        given, name = link.first('inertial'), link.get('name')
+        volumes = [volume(part.geometry) for part in parts]
+        if parts and not sum(volumes) > 0.0:
+            raise refused(link, f"the shapes of link '{name}' enclose no volume")
+        if given is not None and auto_of(given):
+            if not parts:
+                raise refused(given, f"link '{name}' has an automatic inertial and no <collision> "
+                              'that is read')
+            default = numbers_of(given, 'density', 1, (DEFAULT_DENSITY,))[0]
+            masses = [positive(given, default if math.isnan(density) else density) * size
+                      for size, density in zip(volumes, densities, strict=True)]
+        elif given is not None:
+            if given.first('mass') is not None and given.first('inertia') is None:
                 self._unused.remarks.append(
-                    f"{inertial.where}: link '{link.get('name')}' has a mass and no <inertia>, "
+                    f"{given.where}: link '{name}' has a mass and no <inertia>, "
                     'which SDF takes for 1 kg m^2 about each axis; give its own, or it hardly '
                     'turns')
-        return friction
+            return _inertial(given, pose)
+        elif not parts:
+            return Inertial(DEFAULT_MASS, pose, inertial_of((), DEFAULT_MASS).inertia)
+        else:
+            masses = [DEFAULT_MASS * size / sum(volumes) for size in volumes]
+        try:
+            return solid_inertial(parts, masses)
+        except SimulationError as error:
+            raise refused(link, f"link '{name}': {error}") from None
+
+    def _friction(self, collision: XmlElement) -> float | None:
+        """Return the coefficient of friction of a shape, None where it has none."""
+        surface = collision.first('surface')
+        friction = surface.first('friction') if surface is not None else None
+        for parent, read in ((surface, 'friction'), (friction, 'ode')):
+            for child in parent.children if parent is not None else ():
+                if child.tag != read:
+                    self._unused.add(f"{named(child)} of collision '{collision.get('name')}'")
+        ode = friction.first('ode') if friction is not None else None
+        if ode is None or ode.first('mu') is None:
+            return None
+        return min(max(numbers_of(ode, 'mu', 1)[0], 0.0), 10.0)
 
     def _geometry(self, collision: XmlElement) -> tuple[Geometry | None, Matrix]:
         holder = collision.first('geometry')
         shape = holder.children[0] if holder is not None and holder.children else None
         if shape is None:
-            raise _refused(collision, f"collision '{collision.get('name')}' has no shape")
+            raise refused(collision, f"collision '{collision.get('name')}' has no shape")
         if shape.tag == 'box':
-            size = [_positive(shape, number) for number in _numbers(shape, 'size', 3)]
-            return Box(_triple(size)), np.eye(4)
+            size = [positive(shape, number) for number in numbers_of(shape, 'size', 3)]
+            return Box(triple(size)), np.eye(4)
         if shape.tag == 'sphere':
-            return Sphere(_positive(shape, *_numbers(shape, 'radius', 1))), np.eye(4)
+            return Sphere(positive(shape, *numbers_of(shape, 'radius', 1))), np.eye(4)
         if shape.tag in ('cylinder', 'capsule'):
             kind = Cylinder if shape.tag == 'cylinder' else Capsule
-            radius, length = (_numbers(shape, word, 1)[0] for word in ('radius', 'length'))
-            return kind(_positive(shape, radius), _positive(shape, length)), np.eye(4)
+            radius, length = (numbers_of(shape, word, 1)[0] for word in ('radius', 'length'))
+            return kind(positive(shape, radius), positive(shape, length)), np.eye(4)
         if shape.tag == 'plane':
-            a, b, c = _numbers(shape, 'normal', 3, (0.0, 0.0, 1.0))
+            a, b, c = numbers_of(shape, 'normal', 3, (0.0, 0.0, 1.0))
             if not any((a, b, c)):
-                raise _refused(shape, 'the normal of a plane is 0')
+                raise refused(shape, 'the normal of a plane is 0')
             return Plane(a, b, c, 0.0), np.eye(4)
         if shape.tag == 'mesh':
-            scale = _triple(_numbers(shape, 'scale', 3, (1.0, 1.0, 1.0)))
-            return self.asset(self._read_mesh, _text(shape, 'uri'), scale), np.eye(4)
+            scale = triple(numbers_of(shape, 'scale', 3, (1.0, 1.0, 1.0)))
+            return self.asset(self._read_mesh, text_of(shape, 'uri'), scale), np.eye(4)
         self._unused.add(f"shape <{shape.tag}> of collision '{collision.get('name')}'")
         return None, np.eye(4)
 
 
 def _inertial(element: XmlElement, pose: Matrix) -> Inertial:
-    mass = _numbers(element, 'mass', 1, (DEFAULT_MASS,))[0]
+    mass = numbers_of(element, 'mass', 1, (DEFAULT_MASS,))[0]
     if not mass > 0.0:
-        raise _refused(element, f'the mass is {mass:g} kg; allowed: above 0')
+        raise refused(element, f'the mass is {mass:g} kg; allowed: above 0')
     inertia = np.eye(3)
     table = element.first('inertia')
     if table is not None:
         xx, yy, zz, xy, xz, yz = (
-            _numbers(table, word, 1, (default,))[0]
+            numbers_of(table, word, 1, (default,))[0]
             for word, default in (('ixx', 1.0), ('iyy', 1.0), ('izz', 1.0),
                                   ('ixy', 0.0), ('ixz', 0.0), ('iyz', 0.0)))
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return Inertial(mass, pose @ _Scope().pose(element), inertia)
-
-
-def _friction(collision: XmlElement) -> float | None:
-    element: XmlElement | None = collision
-    for tag in ('surface', 'friction', 'ode', 'mu'):
-        element = element.first(tag) if element is not None else None
-    if element is None:
-        return None
-    return min(max(_floats(element, 1)[0], 0.0), 10.0)
-
-
-def _color(visual: XmlElement) -> tuple[float, float, float, float] | None:
-    material = visual.first('material')
-    given = material.first('diffuse') if material is not None else None
-    if given is None:
-        return None
-    r, g, b, *rest = (min(max(value, 0.0), 1.0) for value in _floats(given, 3, 4))
-    return r, g, b, rest[0] if rest else 1.0
-
-
-def _pose(element: XmlElement) -> Matrix:
-    if not element.content:
-        return np.eye(4)
-    if element.get('rotation_format') == 'quat_xyzw':
-        raise _refused(element, "rotation_format='quat_xyzw' is not read; give euler_rpy")
-    values = _floats(element, 6)
-    turn = values[3:]
-    if element.get('degrees') in ('true', '1'):
-        turn = [math.radians(value) for value in turn]
-    return pose_matrix(values[:3], turn)
-
-
-def _text(element: XmlElement, tag: str, default: str | None = None) -> str:
-    child = element.first(tag)
-    if child is None or not child.content:
-        if default is None:
-            raise _refused(element, f'<{element.tag}> has no <{tag}>')
-        return default
-    return child.content
-
-
-def _flag(element: XmlElement, tag: str) -> bool:
-    return _text(element, tag, 'false') in ('true', '1')
-
-
-def _numbers(element: XmlElement, tag: str, count: int, default: tuple[float, ...] = ()
-             ) -> list[float]:
-    child = element.first(tag)
-    if child is None:
-        if not default:
-            raise _refused(element, f'<{element.tag}> has no <{tag}>')
-        return list(default)
-    return _floats(child, count)
-
-
-def _floats(element: XmlElement, *counts: int) -> list[float]:
-    try:
-        values = [float(word) for word in element.content.split()]
-    except ValueError:
-        values = []
-    if len(values) not in counts or not all(map(math.isfinite, values)):
-        raise _refused(element, f"<{element.tag}> is '{element.content[:60]}'; allowed: "
-                       f"{' or '.join(map(str, counts))} finite numbers")
-    return values
-
-
-def _triple(values: list[float]) -> Triple:
-    x, y, z = values
-    return x, y, z
-
-
-def _positive(element: XmlElement, value: float) -> float:
-    if not value > 0.0:
-        raise _refused(element, f'<{element.tag}> has the measure {value:g}; allowed: above 0')
-    return value
-
-
-def _named(element: XmlElement) -> str:
-    name = element.get('name')
-    return f"<{element.tag} name='{name}'>" if name else f'<{element.tag}>'
-
-
-def _refused(element: XmlElement, text: str) -> ResourceFaultError:
-    return ResourceFaultError(Fault.RESOURCE_PARSE_ERROR, f'{element.where}: {text}')

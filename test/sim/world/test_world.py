@@ -373,3 +373,11 @@ def test_an_object_has_the_inertia_that_it_is_given(crowded):
     assert body.mass[0] == pytest.approx(0.5)
     np.testing.assert_allclose(body.ipos, (0, 0, 0.03))
     np.testing.assert_allclose(sorted(body.inertia), (1e-3, 2e-3, 2.5e-3))
+
+
+@pytest.mark.parametrize(('share', 'height'), [(0.0, 5.0 - 0.5 * 9.81), (1.0, 5.0)])
+def test_an_object_whose_weight_is_compensated_floats(crowded, share, height):
+    """Without a touch it stays where it is."""
+    crowded.world.add(replace(block('kite', (4.0, 0.0, 5.0), mass=0.5), gravcomp=share))
+    run(crowded, 1000)
+    assert crowded.world.pose('kite')[2, 3] == pytest.approx(height, abs=0.01)

@@ -4,6 +4,7 @@
 
 import numpy as np
 import pytest
+from sdf_texts import BALL, BOX, link, model
 
 from armsim_ros.model.geometry import Box, Cylinder, Mesh, Plane, Sphere
 from armsim_ros.sim.world.loaded_world import Fault, ResourceFaultError, shape_object
@@ -16,21 +17,6 @@ facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 1 vertex 1 0 0 endloop end
 facet normal 0 0 0 outer loop vertex 1 0 0 vertex 0 0 1 vertex 0 1 0 endloop endfacet
 endsolid t
 """
-
-
-def model(inside, name='m', more=''):
-    """Return an SDF text with one model."""
-    return f'<sdf version="1.9"><model name="{name}">{more}{inside}</model></sdf>'
-
-
-def link(shape, name='l', pose='0 0 0 0 0 0', more=''):
-    """Return an SDF link with one collision."""
-    return (f'<link name="{name}"><pose>{pose}</pose>{more}<collision name="c"><geometry>{shape}'
-            '</geometry></collision></link>')
-
-
-BOX = '<box><size>0.1 0.2 0.3</size></box>'
-BALL = '<sphere><radius>0.05</radius></sphere>'
 
 
 @pytest.fixture
