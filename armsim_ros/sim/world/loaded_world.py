@@ -202,10 +202,16 @@ def _refused(text: str) -> ResourceFaultError:
 
 MeshReader = Callable[[str, tuple[float, float, float]], Mesh]
 
+#: The root link of a URDF that is fixed to the world, and the words by which ``<static>`` is true;
+#: as sdformat's parser_urdf.cc has them.
+_WORLD_LINK, _YES = 'world', ('true', 'yes', '1')
+
 
 def urdf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     """
-    Return a URDF as an object that moves freely; its joints are fixed at 0.
+    Return a URDF as an object; its joints are fixed at 0.
+
+    It moves freely unless its root link is ``world`` or a ``<gazebo>`` has ``<static>``.
 
     :raises ResourceFaultError: the text is wrong; with its line.
     """
@@ -234,6 +240,18 @@ def urdf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
     if not parts:
         raise ResourceFaultError(
             Fault.RESOURCE_PARSE_ERROR, f"{file}: '{content.name}' has no <collision>")
+    held = content.root_link == _WORLD_LINK and any(
+        joint.parent == _WORLD_LINK and joint.type is not JointType.FLOATING
+        for joint in content.joints.values())
+    if held or _is_static(parse(text, file)):
+        return LoadedObject(WorldObject(content.name, np.eye(4), tuple(parts)), unused.lines)
     whole = combined(inertials) if inertials else inertial_of(parts)
     item = WorldObject(content.name, np.eye(4), tuple(parts), whole.mass, inertial=whole)
     return LoadedObject(item, unused.lines)
+
+
+def _is_static(robot: XmlElement) -> bool:
+    """Return whether a ``<gazebo>`` of a URDF has it never move; the last word counts."""
+    words = [element.content.lower() for gazebo in robot.all('gazebo')
+             if not gazebo.get('reference') for element in gazebo.all('static')]
+    return bool(words) and words[-1] in _YES

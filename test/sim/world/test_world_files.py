@@ -166,6 +166,27 @@ def test_mjcf_reads_files_of_the_users_folders_only(resources, tmp_path):
     assert caught.value.fault is Fault.MISSING_ASSETS
 
 
+TABLE = """<robot name="table"><link name="{root}"/><link name="top"><collision><geometry>
+  <box size="1 1 0.1"/></geometry></collision><inertial><mass value="10"/>
+  <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="j" type="{joint}"><parent link="{root}"/><child link="top"/></joint>{more}</robot>"""
+STATIC = '<gazebo><static>{}</static></gazebo>'
+
+
+@pytest.mark.parametrize(('root', 'joint', 'more', 'mass'), [
+    ('foot', 'fixed', '', 10.0), ('world', 'fixed', '', None), ('world', 'floating', '', 10.0),
+    ('foot', 'fixed', STATIC.format('True'), None), ('foot', 'fixed', STATIC.format('no'), 10.0),
+])
+def test_a_urdf_may_be_fixed_to_the_world(resources, root, joint, more, mass):
+    """
+    By a root link of that name, unless its joint floats, or by Gazebo's word.
+
+    sdformat parser_urdf.cc InitModelString, ParseSDFExtension.
+    """
+    text = TABLE.format(root=root, joint=joint, more=more)
+    assert read(resources, text).item.mass == mass
+
+
 def test_a_link_that_leads_elsewhere_is_not_followed(resources, tmp_path):
     """Where a symbolic link leads counts, not where it lies."""
     (tmp_path / 'x.sdf').symlink_to('/etc/passwd')
