@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -43,6 +43,8 @@ _READ = ('compiler', 'default', 'asset', 'worldbody')
 _IN_ASSET = ('mesh', 'material')
 _PATHS = ('meshdir', 'texturedir', 'assetdir', 'strippath')
 _KINDS = mujoco.mjtGeom
+#: What a floor has in any world: MuJoCo's own default.
+_FLOOR_FRICTION = 1.0
 
 
 def mjcf_object(text: str, file: str, read_mesh: MeshReader) -> LoadedObject:
@@ -76,18 +78,27 @@ def mjcf_world(text: str, file: str, read_mesh: MeshReader, *, ignore_assets: bo
     reader = _Reader(model, unused)
     x, y, z = (float(value) for value in model.opt.gravity)
     items = [reader.item(body) for body in range(1, model.nbody) if model.body_parentid[body] == 0]
-    fixed = reader.geoms(0, np.eye(4))
     floor: float | None = None
-    for name, part in fixed:
+    for name, part, friction in reader.geoms(0, np.eye(4)):
         if floor is None and _is_level(part):
             floor = float(part.origin[2, 3])
+            if friction != _FLOOR_FRICTION:
+                unused.add(f"friction of geom '{name}': it is the floor")
             continue
         items.append(WorldObject(name, part.origin, (
-            LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),)))
+            LinkGeometry(part.geometry, np.eye(4), rgba=part.rgba),), friction=friction))
     check_names(items)
     gravity = (x, y, z) if _tells_gravity(text, file) else None
     name = parse(text, file).get('model') or 'world'
     return LoadedWorld(name, tuple(items), floor, unused.lines, gravity)
+
+
+class _Shape(NamedTuple):
+    """A geom that touches."""
+
+    name: str
+    part: LinkGeometry
+    friction: float
 
 
 def _is_level(part: LinkGeometry) -> bool:
@@ -124,24 +135,25 @@ class _Reader:
         if not found:
             raise ResourceFaultError(
                 Fault.RESOURCE_PARSE_ERROR, f"body '{name}' has no <geom> that touches anything")
-        parts = tuple(part for _, part in found)
-        friction = float(model.geom_friction[int(model.body_geomadr[inside[0]]), 0])
+        parts, friction = tuple(shape.part for shape in found), found[0].friction
         if not free:
             return WorldObject(name, pose, parts, None, friction)
-        masses = [self._inertial(body, to_top) for body in inside if model.body_mass[body] > 0.0]
-        if not masses:
+        heavy = [body for body in inside if model.body_mass[body] > 0.0]
+        if not heavy:
             raise ResourceFaultError(
                 Fault.RESOURCE_PARSE_ERROR, f"body '{name}' is free and has no mass")
-        whole = combined(masses)
-        return WorldObject(name, pose, parts, whole.mass, friction, whole)
+        whole = combined([self._inertial(body, to_top) for body in heavy])
+        floating = float(model.body_mass[heavy] @ model.body_gravcomp[heavy])
+        return WorldObject(
+            name, pose, parts, whole.mass, friction, whole, floating / whole.mass)
 
-    def geoms(self, body: int, frame: Matrix) -> list[tuple[str, LinkGeometry]]:
+    def geoms(self, body: int, frame: Matrix) -> list[_Shape]:
         """
-        Return the shapes of a body that touch, with their names.
+        Return the shapes of a body that touch.
 
         :param frame: (4, 4) from the world to the frame of the poses.
         """
-        model, found = self._model, []
+        model, found = self._model, list[_Shape]()
         start = int(model.body_geomadr[body])
         for geom in range(start, start + int(model.body_geomnum[body])):
             name = model.geom(geom).name or f'geom_{geom}'
@@ -158,8 +170,8 @@ class _Reader:
             material = int(model.geom_matid[geom])
             if material >= 0:
                 red, green, blue, alpha = (float(v) for v in model.mat_rgba[material])
-            found.append((name, LinkGeometry(
-                geometry, frame @ pose, rgba=(red, green, blue, alpha))))
+            part = LinkGeometry(geometry, frame @ pose, rgba=(red, green, blue, alpha))
+            found.append(_Shape(name, part, float(model.geom_friction[geom, 0])))
         return found
 
     def _geometry(self, geom: int) -> Geometry | None:

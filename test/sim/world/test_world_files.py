@@ -149,6 +149,39 @@ def test_mjcf_means_what_mujoco_makes_of_it(resources):
     assert cube.parts[0].rgba == (0.0, 1.0, 0.0, 1.0)
 
 
+@pytest.mark.parametrize(('body', 'friction'), [
+    ('<geom type="box" size="0.1 0.1 0.1" contype="0" conaffinity="0" friction="0.9"/>'
+     '<geom size="0.1" friction="0.1"/>', 0.1),
+    ('<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><body>'
+     '<geom size="0.1" friction="0.1"/></body><body><geom size="0.1" friction="0.9"/></body>',
+     0.1),
+])
+def test_the_friction_of_a_body_is_that_of_its_first_shape_that_touches(
+        resources, body, friction):
+    """Neither what is only seen nor what another body has."""
+    text = ('<mujoco><worldbody><body name="b"><freejoint/>{}</body><body name="c">'
+            '<geom size="0.1" friction="0.7"/></body></worldbody></mujoco>')
+    assert read(resources, text.format(body)).item.friction == friction
+
+
+def test_shapes_of_an_mjcf_world_keep_their_friction(resources):
+    """But for the floor, whose own is reported."""
+    world = resources.world('', '<mujoco><worldbody>'
+                            '<geom name="ground" type="plane" size="1 1 1" friction="0.1"/>'
+                            '<geom name="ramp" type="box" size="1 1 0.1" friction="0.05"/>'
+                            '</worldbody></mujoco>')
+    assert [(thing.name, thing.friction) for thing in world.items] == [('ramp', 0.05)]
+    assert world.unused == ("friction of geom 'ground': it is the floor",)
+
+
+def test_gravity_compensation_of_mjcf(resources):
+    """So much of the weight of all bodies does not act."""
+    inertial = '<inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/><geom size="0.1"/>'
+    text = (f'<mujoco><worldbody><body gravcomp="1"><freejoint/>{inertial.format(1)}'
+            f'<body>{inertial.format(3)}</body></body></worldbody></mujoco>')
+    assert read(resources, text).item.gravcomp == 0.25
+
+
 def test_mjcf_reads_files_of_the_users_folders_only(resources, tmp_path):
     """Meshes are read here; an include is left out and said."""
     (tmp_path / 't.stl').write_text(TETRAHEDRON)
@@ -169,7 +202,8 @@ def test_mjcf_reads_files_of_the_users_folders_only(resources, tmp_path):
 TABLE = """<robot name="table"><link name="{root}"/><link name="top"><collision><geometry>
   <box size="1 1 0.1"/></geometry></collision><inertial><mass value="10"/>
   <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="j" type="{joint}"><parent link="{root}"/><child link="top"/></joint>{more}</robot>"""
+  <joint name="j" type="{joint}"><parent link="{root}"/><child link="top"/></joint>
+  {more}</robot>"""
 STATIC = '<gazebo><static>{}</static></gazebo>'
 
 
