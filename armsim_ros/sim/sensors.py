@@ -249,6 +249,14 @@ class SimulatedLinks:
         """
         return self._plant.motion(self.link_body(link))
 
+    def link_acceleration(self, link: str) -> tuple[Vector, Vector]:
+        """
+        Return the acceleration of a link's origin, see :meth:`Plant.acceleration`.
+
+        :raises SimulationError: a link that is not there.
+        """
+        return self._plant.acceleration(self.link_body(link))
+
     def link_bounds(self, links: Sequence[str], frame: str) -> tuple[Vector, Vector]:
         """
         Return the smallest and the largest corner of some links now, (3,) each [m].

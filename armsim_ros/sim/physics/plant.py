@@ -271,13 +271,35 @@ class Plant:
 
     def motion(self, body: int) -> tuple[Vector, Vector]:
         """Return how a body's origin moves: (3,) [m/s] and (3,) [rad/s], world axes."""
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_comVel(self.model, self.data)
+        self._refresh_velocities()
         velocity = np.empty(6)
         mujoco.mj_objectVelocity(
             self.model, self.data, mujoco.mjtObj.mjOBJ_XBODY, body, velocity, 0)
         return velocity[3:], velocity[:3]
+
+    def acceleration(self, body: int) -> tuple[Vector, Vector]:
+        """
+        Return the acceleration of a body's origin in the last step.
+
+        :returns: (3,) [m/s^2] and (3,) [rad/s^2], world axes; 0 at rest.
+        """
+        model, data = self.model, self.data
+        if data.body_awake[body] == mujoco.mjtSleepState.mjS_ASLEEP:  # its qacc is an old one
+            return np.zeros(3), np.zeros(3)
+        self._refresh_velocities()
+        acceleration = data.qacc.copy()
+        acceleration[self._qvel_at] = self._state.acceleration
+        speeds, changes = np.zeros((2, 3, model.nv)), np.zeros((2, 3, model.nv))
+        mujoco.mj_jac(model, data, *speeds, data.xpos[body], body)
+        mujoco.mj_jacDot(model, data, *changes, data.xpos[body], body)
+        linear, angular = speeds @ acceleration + changes @ data.qvel
+        return linear, angular
+
+    def _refresh_velocities(self) -> None:
+        """Have places and velocities of all bodies follow from the joints now."""
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_comVel(self.model, self.data)
 
     def bounds(self, bodies: Sequence[int], frame: int) -> tuple[Vector, Vector]:
         """

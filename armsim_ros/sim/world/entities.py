@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -47,10 +47,12 @@ WORLD_FRAME = 'world'
 
 
 class Category(IntEnum):
-    """Constants of ``simulation_interfaces/msg/EntityCategory`` that occur here."""
+    """Constants of ``simulation_interfaces/msg/EntityCategory``."""
 
     OBJECT = 0
     ROBOT = 1
+    HUMAN = 2
+    DYNAMIC_OBJECT = 4
     STATIC_OBJECT = 5
 
 
@@ -79,11 +81,15 @@ class EntityState:
     :param pose: (4, 4).
     :param linear: (3,) velocity of its origin [m/s].
     :param angular: (3,) [rad/s].
+    :param linear_acceleration: (3,) of its origin [m/s^2].
+    :param angular_acceleration: (3,) [rad/s^2].
     """
 
     pose: Matrix
     linear: Vector = field(default_factory=lambda: np.zeros(3))
     angular: Vector = field(default_factory=lambda: np.zeros(3))
+    linear_acceleration: Vector = field(default_factory=lambda: np.zeros(3))
+    angular_acceleration: Vector = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,14 +152,14 @@ class Entities:
         self._check(name)
         return self._infos.get(name) or EntityInfo(self._category(name))
 
-    def set_info(self, name: str, description: str, tags: Iterable[str]) -> None:
+    def set_info(self, name: str, info: EntityInfo) -> None:
         """
-        Change what is known of an entity; its category stays.
+        Replace what is known of an entity.
 
         :raises UnknownEntityError: there is none of that name.
         """
-        self._infos[name] = replace(
-            self.info(name), description=description, tags=tuple(dict.fromkeys(tags)))
+        self._check(name)
+        self._infos[name] = info
 
     def forget_infos(self) -> None:
         """Have every entity as it is described without :meth:`set_info`."""
@@ -167,12 +173,13 @@ class Entities:
         """
         world, simulation = self._simulation.world, self._simulation
         if name in world.objects:
-            return EntityState(world.pose(name), *world.twist(name))
+            return EntityState(world.pose(name), *world.twist(name), *world.acceleration(name))
         link = self._link(name)
         if link is None:
             self._check(name)
         assert link is not None
-        return EntityState(simulation.link_pose(link), *simulation.link_motion(link))
+        return EntityState(simulation.link_pose(link), *simulation.link_motion(link),
+                           *simulation.link_acceleration(link))
 
     def states(self, names: Iterable[str]) -> dict[str, EntityState]:
         """Return the states of those of the names that are there, of the same moment."""
@@ -235,12 +242,16 @@ class Entities:
         Put an object somewhere, with a velocity.
 
         :raises UnknownEntityError: there is none of that name.
-        :raises SimulationError: a robot; a velocity for what is fixed.
+        :param state: its acceleration is not used.
+        :raises SimulationError: a robot; a velocity or an acceleration for what is fixed.
         """
         if name in self._robots:
             raise SimulationError(
                 f"robot '{name}' is fixed to the world; its joints move by its controllers")
         self._check(name)
+        if (self._category(name) is Category.STATIC_OBJECT
+                and (state.linear_acceleration.any() or state.angular_acceleration.any())):
+            raise SimulationError(f"object '{name}' is fixed and cannot have an acceleration")
         self._simulation.world.set_pose(name, state.pose, (state.linear, state.angular))
 
     def stage_spawn(self, items: Iterable[WorldObject]) -> WorldEdit:
@@ -307,8 +318,8 @@ class Entities:
 
     def free_name(self, requested: str, reserved: Iterable[str] = ()) -> str:
         """Return a name, or with ``_1``, ``_2`` ... behind it the first that is not taken."""
-        taken, number, name = {*self.names, *reserved}, 0, requested
-        while name in taken:
+        reserved, number, name = tuple(reserved), 0, requested
+        while name in reserved or self.has(name):
             number += 1
             name = f'{requested}_{number}'
         return name
@@ -339,7 +350,9 @@ def relative_state(state: EntityState, frame: Matrix) -> EntityState:
     """
     Return a state that was given in a frame as a state in the world.
 
-    :param frame: (4, 4) of the frame; the twist is given along its axes.
+    :param frame: (4, 4) of the frame; twist and acceleration are given along its axes.
     """
     turn = frame[:3, :3]
-    return EntityState(frame @ state.pose, turn @ state.linear, turn @ state.angular)
+    return EntityState(
+        frame @ state.pose, turn @ state.linear, turn @ state.angular,
+        turn @ state.linear_acceleration, turn @ state.angular_acceleration)

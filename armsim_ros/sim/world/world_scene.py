@@ -127,6 +127,14 @@ class WorldScene:
         rotation = matrix_from_quat_wxyz(self._plant.data.qpos[address + 3 : address + 7])
         return velocity[:3].copy(), rotation @ velocity[3:]
 
+    def acceleration(self, name: str) -> tuple[Vector, Vector]:
+        """
+        Return the acceleration of an object's origin, see :meth:`Plant.acceleration`.
+
+        :raises SimulationError: there is none of that name.
+        """
+        return self._plant.acceleration(self._body(name))
+
     def set_pose(
         self, name: str, pose: Matrix, twist: tuple[Vector, Vector] | None = None
     ) -> None:

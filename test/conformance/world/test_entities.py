@@ -94,6 +94,24 @@ def test_states_are_of_one_moment_in_the_world(world: WorldUser) -> None:
     assert world.position('cube')[:2] == pytest.approx((0.16, 0.25), abs=2e-3)
 
 
+@statement('A1')
+def test_an_info_replaces_what_was_known(world: WorldUser) -> None:
+    """
+    Category, description and tags; a category that is none is refused.
+
+    simulation_interfaces SetEntityInfo.srv, info.
+    """
+    for entity, category in (('table', 0), ('cube', 2), ('star', 4)):
+        info = EntityInfo(category=EntityCategory(category=category), tags=['here'])
+        assert world.result('set_entity_info', entity=entity, info=info)[0] == OK
+        assert world.call('get_entity_info', entity=entity).info == info
+    assert chosen(world, categories=[EntityCategory(category=2)]) == ['cube']
+    code, words = world.result('set_entity_info', entity='table', info=EntityInfo(
+        category=EntityCategory(category=3)))
+    assert code == FAILED
+    assert 'HUMAN (2)' in words
+
+
 @statement('A3', 'A5')
 def test_a_robots_pose_is_its_root_links_and_links_can_be_read(world: WorldUser) -> None:
     """The root link stands still; another link moves with the arm; it is not listed."""
@@ -123,13 +141,15 @@ def test_an_unknown_entity_is_not_found(world: WorldUser, service: str) -> None:
 
 @statement('A6')
 def test_an_entity_is_put_elsewhere_with_a_velocity(world: WorldUser) -> None:
-    """Between two ticks; it flies on from there."""
+    """Between two ticks; it flies on from there, and falls."""
     state = EntityState(pose=pose((1.0, 1.0, 2.0)))
     state.twist.linear.x = 0.5
     assert world.result('set_entity_state', entity='cube', state=state)[0] == OK
     placed = world.entity('cube')
     assert placed.pose.position.x >= 1.0
     assert placed.twist.linear.x == pytest.approx(0.5, abs=1e-3)
+    world.clock().wait(2)
+    assert world.entity('cube').acceleration.linear.z == pytest.approx(-9.8, abs=1e-6)
 
 
 @statement('A6')
@@ -172,6 +192,9 @@ def test_fixed_objects_move_but_have_no_velocity_and_robots_stay(world: WorldUse
     assert world.result('set_entity_state', entity='picture', state=state)[0] == OK
     assert world.position('picture') == (2.0, 0.0, 1.0)
     state.twist.angular.z = 1.0
+    assert world.result('set_entity_state', entity='picture', state=state)[0] == FAILED
+    state.twist.angular.z = 0.0
+    state.acceleration.linear.x = 1.0
     assert world.result('set_entity_state', entity='picture', state=state)[0] == FAILED
     code, words = world.result(
         'set_entity_state', entity='sunday', state=EntityState(pose=pose((0, 0, 1))))

@@ -127,6 +127,9 @@ def test_names_are_unique_and_spelt_right(world: WorldUser) -> None:
         assert world.spawn(name).result.result == 102
     assert world.spawn('cube', allow_renaming=True).entity_name == 'cube_1'
     assert world.spawn('cube', (0, 1, 3), allow_renaming=True).entity_name == 'cube_2'
+    link = 'sunday/link_1'
+    assert world.spawn(link, (0, 6, 3)).result.result == 101
+    assert world.spawn(link, (0, 6, 3), allow_renaming=True).entity_name == f'{link}_1'
     assert world.spawn('A-1./_b', (0, 2, 3)).entity_name == 'A-1./_b'
     assert world.spawn('', (0, 3, 3), allow_renaming=True).result.result == OK
     assert world.spawn('y', (0, 4, 3), entity_namespace='1 bad').result.result == 105

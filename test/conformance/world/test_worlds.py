@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import pytest
+from simulation_interfaces.msg import Resource
 from world_user import FAILED, NO_WORLD, OK, PAUSED, PLAYING, STOPPED, WorldUser
 
 from armsim_ros.clients.trajectory import ABORTED, SUCCEEDED
@@ -69,13 +70,19 @@ def test_available_worlds_can_be_loaded(world: WorldUser) -> None:
 
 @statement('A20', 'B1')
 def test_a_world_is_exchanged_under_a_goal(world: WorldUser) -> None:
-    """The goal ends and says so; the robot stays and works in the new world."""
+    """
+    The goal ends and says so; the robot stays and works in the new world, whose text is kept.
+
+    simulation_interfaces Resource.msg, uri.
+    """
     goal = world.move(20.0, 1.0)
     assert world.result('load_world', resource_string=MJCF)[0] == OK
     outcome = goal.result(timeout=15.0)
     assert outcome.status == ABORTED
     assert 'world' in outcome.error_string
     assert world.entities() == ['ball', 'post', 'sunday']
+    current = world.call('get_current_world').world.world_resource
+    assert current == Resource(resource_string=MJCF)
     assert world.become(PLAYING)[0] == OK
     assert world.move(0.2).result().status == SUCCEEDED
 

@@ -93,12 +93,12 @@ def given_state(message: EntityState, frame_pose: Callable[[str], Matrix]) -> St
     :param frame_pose: finds where a frame is in the world.
     :raises RefusedPoseError: no pose, no numbers, or an unknown frame.
     """
-    twist = message.twist
-    linear = np.array([twist.linear.x, twist.linear.y, twist.linear.z])
-    angular = np.array([twist.angular.x, twist.angular.y, twist.angular.z])
-    if not (np.isfinite(linear).all() and np.isfinite(angular).all()):
-        raise RefusedPoseError('the twist has a number that is not finite')
-    state = State(checked_pose(message.pose), linear, angular)
+    twist, acceleration = message.twist, message.acceleration
+    motion = [np.array((part.x, part.y, part.z)) for part in (
+        twist.linear, twist.angular, acceleration.linear, acceleration.angular)]
+    if not np.isfinite(motion).all():
+        raise RefusedPoseError('twist or acceleration has a number that is not finite')
+    state = State(checked_pose(message.pose), *motion)
     return relative_state(state, frame_of(message.header.frame_id, frame_pose))
 
 
@@ -123,6 +123,8 @@ def state_message(state: State, time_ns: int) -> EntityState:
     fill_time(message.header.stamp, time_ns)
     message.twist.linear = vector(state.linear)
     message.twist.angular = vector(state.angular)
+    message.acceleration.linear = vector(state.linear_acceleration)
+    message.acceleration.angular = vector(state.angular_acceleration)
     return message
 
 

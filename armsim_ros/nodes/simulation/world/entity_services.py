@@ -15,14 +15,8 @@ from typing import Any
 import numpy as np
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from simulation_interfaces.msg import (
-    Bounds,
-    EntityCategory,
-    EntityFilters,
-    EntityInfo,
-    Result,
-    TagsFilter,
-)
+from simulation_interfaces.msg import Bounds, EntityCategory, EntityFilters, Result, TagsFilter
+from simulation_interfaces.msg import EntityInfo as EntityInfoMessage
 from simulation_interfaces.srv import (
     GetEntities,
     GetEntitiesStates,
@@ -45,7 +39,7 @@ from armsim_ros.nodes.simulation.world.answers import (
     state_message,
     Work,
 )
-from armsim_ros.sim.world.entities import Entities
+from armsim_ros.sim.world.entities import Category, Entities, EntityInfo
 
 #: Longer expressions are refused.
 LONGEST_EXPRESSION = 500
@@ -186,6 +180,23 @@ def _library() -> Any:
 LONGEST_TEXT, MOST_TAGS = 10_000, 100
 
 
+def given_info(message: EntityInfoMessage) -> EntityInfo:
+    """
+    Return an info of a message, each tag once.
+
+    :raises SimulationError: a category that is none, or too much text.
+    """
+    number = message.category.category
+    if number not in list(Category):
+        raise SimulationError(f'category {number} is not known; allowed: ' + ', '.join(
+            f'{category.name} ({category})' for category in Category))
+    if len(message.description) > LONGEST_TEXT or len(message.tags) > MOST_TAGS:
+        raise SimulationError(
+            f'allowed: a description of {LONGEST_TEXT} characters and {MOST_TAGS} tags')
+    return EntityInfo(
+        Category(number), message.description, tuple(dict.fromkeys(message.tags)))
+
+
 class EntityServices:
     """Answers about entities, each consistent with a single moment between two ticks."""
 
@@ -241,23 +252,14 @@ class EntityServices:
     @answered
     async def _info(self, request: Any, response: Any) -> None:
         info = await self._work.in_loop(lambda: self._entities.info(request.entity))
-        response.info = EntityInfo(
+        response.info = EntityInfoMessage(
             category=EntityCategory(category=int(info.category)), description=info.description,
             tags=list(info.tags))
 
     @answered
     async def _set_info(self, request: Any, response: Any) -> None:
-        requested = request.info
-        known = await self._work.in_loop(lambda: self._entities.info(request.entity))
-        if requested.category.category not in (EntityCategory.CATEGORY_OBJECT, known.category):
-            raise SimulationError(
-                f"the category of '{request.entity}' is {int(known.category)} and cannot be "
-                f'changed to {requested.category.category}')
-        if len(requested.description) > LONGEST_TEXT or len(requested.tags) > MOST_TAGS:
-            raise SimulationError(
-                f'allowed: a description of {LONGEST_TEXT} characters and {MOST_TAGS} tags')
-        await self._work.in_loop(lambda: self._entities.set_info(
-            request.entity, requested.description, requested.tags))
+        info = given_info(request.info)
+        await self._work.in_loop(lambda: self._entities.set_info(request.entity, info))
 
     @answered
     async def _bounds(self, request: Any, response: Any) -> None:

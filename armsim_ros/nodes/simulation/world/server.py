@@ -11,6 +11,7 @@ from typing import Any
 
 import mujoco
 from rclpy.node import Node
+from simulation_interfaces.msg import Resource
 from simulation_interfaces.msg import SimulatorFeatures as Features
 from simulation_interfaces.srv import GetSimulatorFeatures
 
@@ -111,7 +112,7 @@ class WorldServer:
         file = settings.world_file
         self.state = RunState(
             loop.clock, file.stem if file is not None else DEFAULT_WORLD,
-            f'file://{file}' if file is not None else DEFAULT_WORLD)
+            Resource(uri=f'file://{file}' if file is not None else DEFAULT_WORLD))
         self._clock = loop.clock
         SettingsParameters(
             node, LiveSettings(real_time_factor=loop.clock.real_time_factor), self._changed)

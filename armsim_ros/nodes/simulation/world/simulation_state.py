@@ -13,7 +13,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from simulation_interfaces.action import SimulateSteps
-from simulation_interfaces.msg import Result, SimulationState
+from simulation_interfaces.msg import Resource, Result, SimulationState
 from simulation_interfaces.srv import (
     GetSimulationState,
     ResetSimulation,
@@ -35,12 +35,12 @@ class RunState:
     The state of the simulation in the words of simulation_interfaces.
 
     :param world: name of the world that is loaded.
-    :param uri: where it can be loaded from.
+    :param resource: what it is loaded from.
     """
 
-    def __init__(self, clock: SimClock, world: str, uri: str) -> None:
+    def __init__(self, clock: SimClock, world: str, resource: Resource) -> None:
         self.world: str | None = world
-        self.uri = uri
+        self.resource = resource
         self.loading = False
         self._clock = clock
         self._stopped_at: int | None = None

@@ -228,7 +228,8 @@ class Worlds:
         for name, file in sorted(found.items()):
             tags = _SHIPPED if name in shipped else ()
             if has_tags(tags, request.filter):
-                response.worlds.append(_world_message(name, f'file://{file}', tags))
+                response.worlds.append(_world_message(
+                    name, Resource(uri=f'file://{file}'), tags))
 
     def _only(self, folder: Path) -> dict[str, Path]:
         return self._resources.worlds([folder])
@@ -238,7 +239,7 @@ class Worlds:
         if self._state.world is None:
             raise RefusedError(GetCurrentWorld.Response.NO_WORLD_LOADED,
                                'no world is loaded; call load_world')
-        response.world = _world_message(self._state.world, self._state.uri, ())
+        response.world = _world_message(self._state.world, self._state.resource, ())
 
     @answered
     async def _load(self, request: Any, response: Any) -> None:
@@ -259,8 +260,10 @@ class Worlds:
             raise RefusedError(LoadWorld.Response.RESOURCE_PARSE_ERROR, str(error)) from None
         finally:
             self._state.loading = False
-        self._state.world, self._state.uri = world.name, request.uri
-        response.world = _world_message(world.name, request.uri, ())
+        text = '' if request.uri else request.resource_string
+        self._state.world = world.name
+        self._state.resource = Resource(uri=request.uri, resource_string=text)
+        response.world = _world_message(world.name, self._state.resource, ())
         response.result.error_message = told_of(world)
         self._node.get_logger().info(
             f"world '{world.name}' is loaded and paused; {response.result.error_message}")
@@ -271,7 +274,7 @@ class Worlds:
             raise RefusedError(UnloadWorld.Response.NO_WORLD_LOADED,
                                'no world is loaded, so none can be unloaded')
         await self._exchange(LoadedWorld('', ()))
-        self._state.world, self._state.uri = None, ''
+        self._state.world = None
         self._node.get_logger().info('the world is unloaded; the robots do not move')
 
     async def _exchange(self, world: LoadedWorld) -> None:
@@ -294,5 +297,5 @@ class Worlds:
         await self._work.beside(change)
 
 
-def _world_message(name: str, uri: str, tags: Iterable[str]) -> WorldResource:
-    return WorldResource(name=name, world_resource=Resource(uri=uri), tags=list(tags))
+def _world_message(name: str, resource: Resource, tags: Iterable[str]) -> WorldResource:
+    return WorldResource(name=name, world_resource=resource, tags=list(tags))
