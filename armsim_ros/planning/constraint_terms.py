@@ -107,6 +107,14 @@ class JointTerm:
         error = float(q[self.index]) - self.target
         return math.remainder(error, 2.0 * math.pi) if self.continuous else error
 
+    def turned_to(self, value: float) -> tuple[float, float]:
+        """Return lower and upper; of a continuous joint those of the turn nearest to a value."""
+        turn = 0.0
+        if self.continuous:
+            way = value - 0.5 * (self.lower + self.upper)
+            turn = way - math.remainder(way, 2.0 * math.pi)
+        return self.lower + turn, self.upper + turn
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:

@@ -77,8 +77,11 @@ class ConstraintSet:
         ]
         #: States cannot be led towards these: they are only accepted or refused.
         self._visibilities = [term for term in terms if isinstance(term, VisibilityTerm)]
-        self._fixed = np.concatenate([
-            np.empty(0), *(term.residual() for term in terms if isinstance(term, FixedTerm))])
+        #: Place of a joint in the state -> the values [rad or m] that all its constraints allow.
+        self.intervals: dict[int, tuple[float, float]] = {}
+        fixed = [term for term in terms if isinstance(term, FixedTerm)]
+        fixed += self._contradictions()
+        self._fixed = np.concatenate([np.empty(0), *(term.residual() for term in fixed)])
         self._links = tuple(dict.fromkeys(
             link for term in self._pose_terms for link in (term.target.link, term.frame.link)))
         self._links_in_view = tuple(dict.fromkeys(
@@ -182,6 +185,19 @@ class ConstraintSet:
         return JointTerm(
             given.joint_name, index, target, below, above, max(low, target - below),
             min(high, target + above), continuous, _weight(given.weight))
+
+    def _contradictions(self) -> list[FixedTerm]:
+        """Intersect the intervals of each joint; return a term where they have no common value."""
+        found = []
+        for term in self.joints:
+            lower, upper = self.intervals.get(term.index, (term.lower, term.upper))
+            low, high = term.turned_to(0.5 * (lower + upper))
+            lower, upper = self.intervals[term.index] = max(lower, low), min(upper, high)
+            if lower > upper + EPSILON:
+                found.append(self._never(
+                    f"joint '{term.name}': its constraints have no common value within their "
+                    f'tolerances, the last is {term.target:g}'))
+        return found
 
     def _link(self, name: str) -> Frame | None:
         """Return the frame of a link, an attached object or a subframe; None if unknown."""
@@ -287,34 +303,39 @@ def merged(first: Constraints, second: Constraints, log: Log) -> Constraints:
     """
     Return constraints that hold where both do.
 
-    Intervals of the same joint are intersected; a pair without a common value is dropped with
-    an error. All others are put together.
+    Intervals that both have for a joint are intersected; a pair without a common value is dropped
+    with an error. All others are put together, several of one side for a joint among them.
     """
-    joints: dict[str, JointConstraint] = {}
-    dropped: set[str] = set()
-    for each in (*first.joint_constraints, *second.joint_constraints):
-        if each.joint_name in dropped:
-            continue
-        before = joints.get(each.joint_name)
-        if before is None:
-            joints[each.joint_name] = each
-            continue
-        low = max(before.position - before.tolerance_below, each.position - each.tolerance_below)
-        high = min(before.position + before.tolerance_above, each.position + each.tolerance_above)
-        if low > high:
-            log.error(f"joint '{each.joint_name}': the constraints {before.position:g} and "
-                      f'{each.position:g} have no common value within their tolerances: both '
-                      'ignored')
-            del joints[each.joint_name]
-            dropped.add(each.joint_name)
-            continue
-        weights = _weight(before.weight), _weight(each.weight)
-        mean = float(np.average((before.position, each.position), weights=weights))
-        position = min(max(mean, low), high)
-        joints[each.joint_name] = JointConstraint(
-            each.joint_name, position, high - position, position - low,
-            0.5 * (before.weight + each.weight))
+    joints: list[JointConstraint] = []
+    for each in first.joint_constraints:
+        common: JointConstraint | None = each
+        for other in second.joint_constraints:
+            if common is not None and other.joint_name == each.joint_name:
+                common = _intersection(common, other, log)
+        if common is not None:
+            joints.append(common)
+    shared = {each.joint_name for each in first.joint_constraints}
+    joints += (each for each in second.joint_constraints if each.joint_name not in shared)
     return Constraints(
-        tuple(joints.values()), first.position_constraints + second.position_constraints,
+        tuple(joints), first.position_constraints + second.position_constraints,
         first.orientation_constraints + second.orientation_constraints,
         first.visibility_constraints + second.visibility_constraints, first.name or second.name)
+
+
+def _intersection(
+    first: JointConstraint, second: JointConstraint, log: Log
+) -> JointConstraint | None:
+    """Return the constraint of the values that two allow; None where there are none."""
+    low = max(first.position - first.tolerance_below, second.position - second.tolerance_below)
+    high = min(first.position + first.tolerance_above, second.position + second.tolerance_above)
+    if low > high:
+        log.error(f"joint '{first.joint_name}': the constraints {first.position:g} and "
+                  f'{second.position:g} have no common value within their tolerances: both '
+                  'ignored')
+        return None
+    weights = _weight(first.weight), _weight(second.weight)
+    mean = float(np.average((first.position, second.position), weights=weights))
+    position = min(max(mean, low), high)
+    return JointConstraint(
+        first.joint_name, position, high - position, position - low,
+        0.5 * (first.weight + second.weight))

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.constraints import ConstraintSet, merged
-from armsim_ros.planning.request import Constraints, JointConstraint
+from armsim_ros.planning.request import Constraints, JointConstraint, MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
 
@@ -134,3 +135,70 @@ def test_merging_without_common_part(log):
                                JointConstraint('a', 1.0, 0.1, 0.1), other)), log)
     assert both.joint_constraints == (other,)
     assert 'no common value' in log.recorder.text()
+
+
+def test_entries_of_one_list_are_not_merged(log):
+    """
+    Two entries of a list for a joint both stay.
+
+    Upstream: kinematic_constraints/utils.cpp, mergeConstraints.
+    """
+    twice = JointConstraint('a', 0.5, 0.01, 0.01), JointConstraint('a', 1.5, 0.01, 0.01)
+    assert merged(Constraints(twice), Constraints(), log).joint_constraints == twice
+    assert merged(Constraints(), Constraints(twice), log).joint_constraints == twice
+
+
+def test_a_pair_is_intersected_with_every_entry(log):
+    """A joint of the goal keeps to every entry of the path constraints for it."""
+    both = merged(Constraints((JointConstraint('a', 0.0, 0.5, 0.5),)),
+                  Constraints((JointConstraint('a', 0.0, 0.1, 1.0),
+                               JointConstraint('a', 0.0, 1.0, 0.2))), log)
+    joint, = both.joint_constraints
+    assert joint.position - joint.tolerance_below == pytest.approx(-0.2)
+    assert joint.position + joint.tolerance_above == pytest.approx(0.1)
+
+
+def test_a_joint_named_twice_keeps_to_both(constraint_set):
+    """The values of a joint are those that all its constraints allow."""
+    made = constraint_set(joints=(JointConstraint('axis1', 0.5, 0.2, 0.2),
+                                  JointConstraint('axis1', 0.8, 0.2, 0.2)))
+    assert made.satisfiable
+    assert made.intervals[0] == pytest.approx((0.6, 0.7))
+
+
+@pytest.mark.parametrize(('second', 'satisfiable'), [(3.1, True), (-3.1, True), (2.8, False)])
+def test_a_continuous_joint_named_twice(turning, log, second, satisfiable):
+    """The intervals of a continuous joint meet across half a turn."""
+    made = ConstraintSet(
+        Constraints((JointConstraint('axis1', 3.14, 0.1, 0.1),
+                     JointConstraint('axis1', second, 0.1, 0.1))),
+        PlanningScene(KinematicModel(turning)), log)
+    assert made.satisfiable is satisfiable
+
+
+CONTRADICTING = Constraints((
+    JointConstraint('axis1', 0.5, 0.01, 0.01), JointConstraint('axis1', 1.5, 0.01, 0.01),
+    JointConstraint('axis2', 0.2, 0.01, 0.01)))
+
+
+def test_contradicting_goal_is_refused(six_scene, plan_for, clock):
+    """
+    A goal that wants a joint at two values is refused, and the message names the joint.
+
+    Upstream: default_constraint_samplers.cpp, JointConstraintSampler::configure.
+    """
+    response = plan_for(six_scene).plan(
+        MotionPlanRequest('arm', (CONTRADICTING,), seed=1), six_scene, clock=clock)
+    assert response.error_code == MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
+    assert "joint 'axis1'" in response.message
+
+
+def test_contradicting_goal_is_never_reached(six_scene, plan_for):
+    """
+    No state satisfies a goal that wants a joint at two values.
+
+    Upstream: planning_scene.cpp, isStateConstrained.
+    """
+    six_scene.set_positions({'axis2': 0.2})
+    request = MotionPlanRequest('arm', (CONTRADICTING,))
+    assert not plan_for(six_scene).goal_reached(request, six_scene)
