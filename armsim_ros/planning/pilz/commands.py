@@ -64,7 +64,10 @@ def run_command(
     """
     group, command = request.group_name, request.planner_id
     _check_context(context, request)
-    kept = Constraints() if command == 'CIRC' else request.path_constraints
+    kept = request.path_constraints
+    if command == 'CIRC':
+        # The position constraint is the auxiliary point.
+        kept = replace(kept, position_constraints=())
     start = context.model.extract(scene.q, group)
     check_start(context.validity(scene, group), start)
     _check_request(context, request)

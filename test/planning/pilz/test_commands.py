@@ -267,6 +267,31 @@ def test_circ_about_a_center(bench: Any) -> None:
     assert np.linalg.norm(tips - center[:3, 3], axis=1) == pytest.approx(0.08, abs=1e-3)
 
 
+@pytest.mark.parametrize(('tolerance', 'code'), [
+    (0.5, MoveItErrorCode.SUCCESS), (0.01, MoveItErrorCode.INVALID_MOTION_PLAN)])
+@pytest.mark.parametrize('kind', ['joint', 'orientation'])
+def test_circ_keeps_constraints_beside_its_auxiliary_point(
+    bench: Any, kind: str, tolerance: float, code: MoveItErrorCode
+) -> None:
+    """
+    Joint and orientation constraints beside the auxiliary point are verified on the path.
+
+    moveit_ros, validate_path.cpp, adapt.
+    """
+    wanted = bench.moved(-0.08, 0.08, 0.0)
+    wanted[:3, :3] = pose_matrix((0.0, 0.0, 0.0), (0.0, 0.0, 0.3))[:3, :3] @ wanted[:3, :3]
+    kept = bench.at(bench.moved(0.0, 0.08, 0.0), name='center')
+    if kind == 'joint':
+        kept = replace(kept, joint_constraints=(
+            JointConstraint(bench.names[0], START[0], tolerance, tolerance),))
+    else:
+        orientation, = bench.at(bench.pose).orientation_constraints
+        kept = replace(kept, orientation_constraints=(
+            replace(orientation, tolerances=(tolerance,) * 3),))
+    answer = bench.run('CIRC', bench.at(wanted), path_constraints=kept)
+    assert answer.error_code == code, answer.message
+
+
 def test_unreachable_goal(bench: Any) -> None:
     """PLZ-3: a pose out of reach is -31, and the message names link and position."""
     goal = bench.moved(5.0, 0.0, 0.0)
