@@ -47,6 +47,8 @@ class IKOptions:
     :param deadline: [s]; with it, random starts follow until then.
     :param max_starts: most starts from table and chance together, besides the seed; with 0 the
         answer is in the seed's own basin, which is searched with patience.
+    :param table_starts: most starts from the table; None for as many as there are.
+    :param bounds: (2, n) lower and upper bounds of the search, within the joint limits.
     """
 
     is_valid: Callable[[Vector], bool] | None = None
@@ -54,6 +56,8 @@ class IKOptions:
     clock: Callable[[], float] | None = None
     deadline: float | None = None
     max_starts: int | None = None
+    table_starts: int | None = None
+    bounds: Matrix | None = None
 
 
 class IKFailure(Enum):

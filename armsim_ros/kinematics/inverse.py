@@ -98,13 +98,14 @@ class InverseKinematics:
         if refused is not None:
             return refused
         search = SearchRecord(options)
-        descent = self._descent(targets)
+        bounds = self._bounds(options)
+        descent = self._descent(targets, bounds)
         only_seed = options.max_starts == 0
         for start in self._starts(targets, seed, search, options):
             found = descent.descend(seed, start, patient=only_seed)
             search.note(descent, found is not None)
             if found is not None:
-                solution = self._unwind(found, seed)
+                solution = self._unwind(found, seed, bounds)
                 if options.is_valid is None or options.is_valid(solution):
                     return IKResult(
                         solution, None, '', descent.position_error, descent.orientation_error,
@@ -146,13 +147,14 @@ class InverseKinematics:
         if options.max_starts is None:
             options = replace(options, max_starts=self._max_starts)
         search = SearchRecord(options)
-        descent = self._descent(targets)
+        bounds = self._bounds(options)
+        descent = self._descent(targets, bounds)
         found: list[Vector] = []
         for start in self._starts(targets, seed, search, options):
             solution = descent.descend(seed, start)
             if solution is None:
                 continue
-            solution = self._unwind(solution, seed)
+            solution = self._unwind(solution, seed, bounds)
             if any(float(np.abs(solution - other).max()) < DISTINCT for other in found):
                 continue
             if options.is_valid is None or options.is_valid(solution):
@@ -181,7 +183,13 @@ class InverseKinematics:
     def _free_orientation(self, target: IKTarget) -> bool:
         return self._position_only or target.position_only
 
-    def _descent(self, targets: Sequence[IKTarget]) -> LevenbergMarquardt:
+    def _bounds(self, options: IKOptions) -> Matrix:
+        """Return the bounds (2, n) of a search."""
+        if options.bounds is not None:
+            return options.bounds
+        return np.array([self.kinematics.lower, self.kinematics.upper])
+
+    def _descent(self, targets: Sequence[IKTarget], bounds: Matrix) -> LevenbergMarquardt:
         tasks = []
         for target in targets:
             frame = self.kinematics.frame_index(target.link)
@@ -193,7 +201,7 @@ class InverseKinematics:
                 tasks.append(PoseTask(frame, pin.SE3(wanted)))
         return LevenbergMarquardt(
             self.kinematics, self.group, self._variables(targets), tuple(tasks),
-            self._convergence)
+            self._convergence, bounds)
 
     def _variables(self, targets: Sequence[IKTarget]) -> Indices:
         """Return which of the group's variables move any of the targets' links."""
@@ -209,6 +217,7 @@ class InverseKinematics:
     ) -> Iterator[Vector]:
         """Yield the seed, the table's best, then random values while there is time."""
         variables = self._variables(targets)
+        low, high = self._bounds(options)[:, self._indices[variables]]
         yield seed[self._indices[variables]]
         limit = self._max_starts if options.max_starts is None else options.max_starts
         if limit <= 0:
@@ -217,18 +226,18 @@ class InverseKinematics:
         wanted = np.array([target.pose @ inverse_pose(target.offset) for target in targets])
         free = any(self._free_orientation(target) for target in targets)
         used = 0
-        best = table.best_first(
-            wanted, seed, min(limit, self._max_starts), position_only=free)
-        for start in best:
+        count = self._max_starts if options.table_starts is None else options.table_starts
+        for start in table.best_first(wanted, seed, min(limit, count), position_only=free):
             if search.late():
                 return
             used += 1
-            yield start[variables]
+            yield np.clip(start[variables], low, high)
         generator = options.rng if options.rng is not None else np.random.default_rng(1)
         endless = options.max_starts is None and search.timed
+        low, high = sampling_range(low, high)
         while (endless or used < limit) and not search.late():
             used += 1
-            yield generator.uniform(table.low[variables], table.high[variables])
+            yield generator.uniform(low, high)
 
     def _table(self, links: tuple[str, ...]) -> StartTable:
         key = ('start table', self.group, links, self._table_size)
@@ -236,8 +245,8 @@ class InverseKinematics:
             key, lambda: StartTable(self.kinematics, self.group, links, self._table_size))
         return table
 
-    def _unwind(self, q: Vector, seed: Vector) -> Vector:
-        """Return q with every full turn removed that leads away from the seed."""
+    def _unwind(self, q: Vector, seed: Vector, bounds: Matrix) -> Vector:
+        """Return q with every full turn removed that leads away from the seed, within bounds."""
         kinematics = self.kinematics
         turns = kinematics.cached(
             ('turning variables', self.group), lambda: _turning(kinematics, self._indices))
@@ -245,7 +254,8 @@ class InverseKinematics:
             return q
         values = q[turns]
         unwound = values - 2.0 * math.pi * np.round((values - seed[turns]) / (2.0 * math.pi))
-        allowed = (unwound >= kinematics.lower[turns]) & (unwound <= kinematics.upper[turns])
+        lower, upper = bounds[:, turns]
+        allowed = (unwound >= lower) & (unwound <= upper)
         if not allowed.any():
             return q
         result = q.copy()
@@ -289,9 +299,9 @@ class StartTable:
         self._kinematics, self._links = kinematics, links
         self._base = base_link(kinematics, group)
         indices = kinematics.group_indices(group)
-        self.low, self.high = sampling_range(kinematics.lower[indices], kinematics.upper[indices])
+        low, high = sampling_range(kinematics.lower[indices], kinematics.upper[indices])
         rng = np.random.default_rng(0)
-        self.samples: Matrix = rng.uniform(self.low, self.high, (size, len(indices)))
+        self.samples: Matrix = rng.uniform(low, high, (size, len(indices)))
         self._poses: Matrix = np.empty((size, len(links), 4, 4))
         q = kinematics.default()
         for row, values in enumerate(self.samples):

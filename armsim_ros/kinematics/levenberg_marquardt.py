@@ -63,6 +63,7 @@ class LevenbergMarquardt:
     :param variables: which of its active variables move, counted in the group.
     :param tasks: at least one.
     :param convergence: when it ends.
+    :param bounds: (2, n) lower and upper bounds of the robot's state.
     """
 
     #: Iterations in which the squared error must fall below ``STALL_RATIO`` of what it was;
@@ -73,12 +74,11 @@ class LevenbergMarquardt:
 
     def __init__(
         self, kinematics: KinematicModel, group: str, variables: Indices,
-        tasks: tuple[PoseTask, ...], convergence: Convergence
+        tasks: tuple[PoseTask, ...], convergence: Convergence, bounds: Matrix
     ) -> None:
         self._kinematics = kinematics
         self._indices = kinematics.group_indices(group)[variables]
-        self._lower = kinematics.lower[self._indices]
-        self._upper = kinematics.upper[self._indices]
+        self._lower, self._upper = bounds[:, self._indices]
         self._gradient = kinematics.gradient(group)[:, variables]
         self._plain = bool((self._gradient.sum(axis=1) == self._gradient.any(axis=1)).all()
                            and self._gradient.sum() == len(self._indices))

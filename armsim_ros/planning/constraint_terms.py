@@ -9,7 +9,7 @@ The rules are those of MoveIt's ``kinematic_constraint.cpp``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 import math
 import sys
@@ -107,13 +107,22 @@ class JointTerm:
         error = float(q[self.index]) - self.target
         return math.remainder(error, 2.0 * math.pi) if self.continuous else error
 
-    def turned_to(self, value: float) -> tuple[float, float]:
+    def near(self, value: float) -> tuple[float, float]:
         """Return lower and upper; of a continuous joint those of the turn nearest to a value."""
         turn = 0.0
         if self.continuous:
             way = value - 0.5 * (self.lower + self.upper)
             turn = way - math.remainder(way, 2.0 * math.pi)
         return self.lower + turn, self.upper + turn
+
+    def common(self, other: JointTerm) -> JointTerm:
+        """Return this term with the values that another one for the joint allows, too."""
+        lower, upper = other.near(0.5 * (self.lower + self.upper))
+        return replace(self, lower=max(self.lower, lower), upper=min(self.upper, upper))
+
+    def is_empty(self) -> bool:
+        """Return whether there is no value between lower and upper."""
+        return self.lower > self.upper + EPSILON
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -77,10 +77,10 @@ class ConstraintSet:
         ]
         #: States cannot be led towards these: they are only accepted or refused.
         self._visibilities = [term for term in terms if isinstance(term, VisibilityTerm)]
-        #: Place of a joint in the state -> the values [rad or m] that all its constraints allow.
-        self.intervals: dict[int, tuple[float, float]] = {}
+        #: A term for each joint: the values that all its constraints allow.
+        self.intervals = self._intervals()
         fixed = [term for term in terms if isinstance(term, FixedTerm)]
-        fixed += self._contradictions()
+        fixed += map(self._contradiction, filter(JointTerm.is_empty, self.intervals))
         self._fixed = np.concatenate([np.empty(0), *(term.residual() for term in fixed)])
         self._links = tuple(dict.fromkeys(
             link for term in self._pose_terms for link in (term.target.link, term.frame.link)))
@@ -186,18 +186,16 @@ class ConstraintSet:
             given.joint_name, index, target, below, above, max(low, target - below),
             min(high, target + above), continuous, _weight(given.weight))
 
-    def _contradictions(self) -> list[FixedTerm]:
-        """Intersect the intervals of each joint; return a term where they have no common value."""
-        found = []
+    def _intervals(self) -> tuple[JointTerm, ...]:
+        joints: dict[int, JointTerm] = {}
         for term in self.joints:
-            lower, upper = self.intervals.get(term.index, (term.lower, term.upper))
-            low, high = term.turned_to(0.5 * (lower + upper))
-            lower, upper = self.intervals[term.index] = max(lower, low), min(upper, high)
-            if lower > upper + EPSILON:
-                found.append(self._never(
-                    f"joint '{term.name}': its constraints have no common value within their "
-                    f'tolerances, the last is {term.target:g}'))
-        return found
+            before = joints.get(term.index)
+            joints[term.index] = term if before is None else before.common(term)
+        return tuple(joints.values())
+
+    def _contradiction(self, term: JointTerm) -> FixedTerm:
+        return self._never(
+            f"joint '{term.name}': its constraints have no common value within their tolerances")
 
     def _link(self, name: str) -> Frame | None:
         """Return the frame of a link, an attached object or a subframe; None if unknown."""

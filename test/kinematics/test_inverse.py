@@ -159,6 +159,21 @@ def test_solutions_are_distinct_valid_and_nearest_first(ur5):
         assert max(misses(ur5, q, target)) < 1e-5
 
 
+def test_bounds_of_a_search(panda):
+    """Solutions of a search with bounds are within them, from the table's starts and others."""
+    state = panda.insert(panda.default(), 'arm', [0.1, -0.5, 0.2, -2.0, 0.1, 1.6, 0.4])
+    target = IKTarget('tool', panda.link_pose(state, 'tool'))
+    index = panda.group_indices('arm')[2]
+    bounds = np.array([panda.lower, panda.upper])
+    bounds[:, index] = (0.15, 0.25)
+    found = InverseKinematics(panda, 'arm').solutions(
+        [target], state, IKOptions(bounds=bounds, table_starts=5, max_starts=15))
+    assert len(found) > 1
+    for q in found:
+        assert 0.15 <= q[index] <= 0.25
+        assert max(misses(panda, q, target)) < 1e-5
+
+
 def test_link_anywhere_in_the_group_can_be_the_target(panda):
     """CON-7: the target may be a link in the middle, or a frame fixed to a link."""
     state = random_states(panda, 'arm', 1)[0]

@@ -163,7 +163,8 @@ def test_a_joint_named_twice_keeps_to_both(constraint_set):
     made = constraint_set(joints=(JointConstraint('axis1', 0.5, 0.2, 0.2),
                                   JointConstraint('axis1', 0.8, 0.2, 0.2)))
     assert made.satisfiable
-    assert made.intervals[0] == pytest.approx((0.6, 0.7))
+    interval, = made.intervals
+    assert (interval.lower, interval.upper) == pytest.approx((0.6, 0.7))
 
 
 @pytest.mark.parametrize(('second', 'satisfiable'), [(3.1, True), (-3.1, True), (2.8, False)])

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from typing import TypeVar
@@ -13,7 +13,7 @@ import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
+from armsim_ros.kinematics.inverse import IKOptions, IKResult, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_from_parts
 from armsim_ros.planning.budget import Budget
@@ -28,19 +28,23 @@ _SOURCE = 'goal sampling'
 _FIRST_STARTS = 24
 _MORE_STARTS = 120
 _DRAWS = 40
+_FURTHER_DRAWS = 1000
+_FURTHER_STARTS = 5
 
 
 @dataclass(slots=True)
 class _Tally:
     """
-    What is wrong with the states that were checked.
+    The states that were checked, and what is wrong with them.
 
+    :param found: states (m,) that are valid.
     :param colliding: states (m,) that collide.
     :param off_goal: sentences about states outside the limits or the goal.
     :param off_path: sentences about states that violate the path constraints.
     :param unsolved: poses without a solution.
     """
 
+    found: list[Vector] = field(default_factory=list)
     colliding: list[Vector] = field(default_factory=list)
     off_goal: list[str] = field(default_factory=list)
     off_path: list[str] = field(default_factory=list)
@@ -86,27 +90,34 @@ class GoalSampler:
             or INVALID_GOAL_CONSTRAINTS where no state is valid, with the reason.
         """
         tally = _Tally()
-        found: list[Vector] = []
         for goal in goals:
-            posed = goal.positions or goal.orientations
-            all_joints = self._names_all_joints(goal)
-            for candidate in (self._pose_candidates(goal, tally, budget)
-                              if posed and not all_joints
-                              else self._joint_candidates(goal, budget)):
-                budget.check(_SOURCE)
-                values = candidate[self._indices]
-                if any(float(np.max(np.abs(values - other))) < 1e-4 for other in found):
-                    continue
-                if self._accept(candidate, values, goal, tally):
-                    found.append(values)
-                if found and (
-                    len(found) >= MAX_GOALS or budget.spent() or all_joints
-                ):
-                    break
+            self._collect(goal, self._candidates(goal, tally, budget), tally, budget)
+        narrow = [] if tally.found else [goal for goal in goals if self._is_narrow(goal, tally)]
+        for _ in range(_FURTHER_DRAWS if narrow else 0):
+            for goal in narrow:
+                self._collect(goal, self._further(goal, budget), tally, budget)
+            if tally.found or budget.spent():
+                break
         budget.check(_SOURCE)
-        if not found:
+        if not tally.found:
             raise self._failure(goals, tally)
-        return sorted(found, key=lambda values: float(np.linalg.norm(values - self._origin)))
+        return sorted(
+            tally.found, key=lambda values: float(np.linalg.norm(values - self._origin)))
+
+    def _collect(
+        self, goal: ConstraintSet, candidates: Iterable[Vector], tally: _Tally, budget: Budget
+    ) -> None:
+        """Check candidates (n,) until there are enough valid states."""
+        found, all_joints = tally.found, self._names_all_joints(goal)
+        for candidate in candidates:
+            budget.check(_SOURCE)
+            values = candidate[self._indices]
+            if any(float(np.max(np.abs(values - other))) < 1e-4 for other in found):
+                continue
+            if self._accept(candidate, values, goal, tally):
+                found.append(values)
+            if found and (len(found) >= MAX_GOALS or budget.spent() or all_joints):
+                return
 
     def _names_all_joints(self, goal: ConstraintSet) -> bool:
         """Return whether a goal names every joint: its middle is what is meant."""
@@ -127,23 +138,48 @@ class GoalSampler:
 
     # ---------------------------------------------------------------- candidates
 
+    def _candidates(
+        self, goal: ConstraintSet, tally: _Tally, budget: Budget
+    ) -> Iterator[Vector]:
+        """Yield what a goal means; solve for poses where its joints alone are not enough."""
+        posed, all_joints = self._poses_of(goal), self._names_all_joints(goal)
+        if all_joints or posed is not goal:
+            yield from self._joint_candidates(goal, budget)
+        if posed is not None and not all_joints and (posed is goal or not tally.found):
+            yield from self._pose_candidates(goal, has_room(posed), tally, budget)
+
+    def _poses_of(self, goal: ConstraintSet) -> ConstraintSet | None:
+        """Return whose poses to solve for: the goal, else the path constraints; None for none."""
+        return next((each for each in (goal, self._validity.path_constraints)
+                     if each is not None and (each.positions or each.orientations)), None)
+
     def _joint_candidates(self, goal: ConstraintSet, budget: Budget) -> Iterator[Vector]:
         """Yield the box's middle, then random states of it; free joints stay, then roam."""
-        named = {term.index for term in goal.joints}
-        low, high = self._bounds
+        named = {term.index for term in goal.intervals}
         wide = any(index not in named for index in self._indices) or any(
-            term.upper - term.lower > 1e-3 for term in goal.joints
+            term.upper - term.lower > 1e-3 for term in goal.intervals
         )
-        for draw in range(_DRAWS if wide else 1):
-            if draw and budget.spent():
+        yield self._middle(goal)
+        for draw in range(1, _DRAWS if wide else 1):
+            if budget.spent():
                 return
-            q = self._start.copy()
-            if draw > 1:
-                q[self._indices] = self._rng.uniform(low, high)
-            for term in goal.joints:
-                value = term.middle if not draw else self._rng.uniform(term.lower, term.upper)
-                self._set(q, term, value)
-            yield self._model.apply_mimic(q)
+            yield self._random(goal, roam=draw > 1)
+
+    def _middle(self, goal: ConstraintSet) -> Vector:
+        """Return the start with the goal's joints in the middle of their intervals."""
+        q = self._start.copy()
+        for term in goal.intervals:
+            self._set(q, term, term.middle)
+        return self._model.apply_mimic(q)
+
+    def _random(self, goal: ConstraintSet, roam: bool = True) -> Vector:
+        """Return a state with the goal's joints within their intervals, the others anywhere."""
+        q = self._start.copy()
+        if roam:
+            q[self._indices] = self._rng.uniform(*self._bounds)
+        for term in goal.intervals:
+            self._set(q, term, self._rng.uniform(term.lower, term.upper))
+        return self._model.apply_mimic(q)
 
     def _set(self, q: Vector, term: JointTerm, value: float) -> None:
         """Put a joint of the group where a constraint wants it; others cannot be moved."""
@@ -153,15 +189,11 @@ class GoalSampler:
             )
 
     def _pose_candidates(
-        self, goal: ConstraintSet, tally: _Tally, budget: Budget
+        self, goal: ConstraintSet, roomy: bool, tally: _Tally, budget: Budget
     ) -> Iterator[Vector]:
-        seed = self._start.copy()
-        for term in goal.joints:
-            self._set(seed, term, term.middle)
-        seed = self._model.apply_mimic(seed)
-        options = IKOptions(rng=self._rng, clock=budget.now, deadline=budget.deadline)
-        draws = _DRAWS if has_room(goal) else 1
-        for draw in range(draws):
+        """Yield solutions for the desired pose, and where there is room for random ones."""
+        seed, options = self._middle(goal), self._options(goal, budget)
+        for draw in range(_DRAWS if roomy else 1):
             if draw and budget.spent():
                 return
             targets = self._targets(goal, seed, middle=draw == 0)
@@ -178,6 +210,43 @@ class GoalSampler:
                 solutions = solutions or more
             if not solutions:
                 tally.unsolved += 1
+
+    def _options(self, goal: ConstraintSet, budget: Budget) -> IKOptions:
+        """Return options of inverse kinematics that keep joints within the goal's intervals."""
+        bounds = np.array([self._model.lower, self._model.upper])
+        for term in goal.intervals:
+            if term.index in self._indices:
+                bounds[:, term.index] = term.near(self._start[term.index])
+        return IKOptions(
+            rng=self._rng, clock=budget.now, deadline=budget.deadline, bounds=bounds)
+
+    def _is_narrow(self, goal: ConstraintSet, tally: _Tally) -> bool:
+        """
+        Return whether more draws may find what the first have missed.
+
+        This is where joint constraints leave a part of endlessly many states for a pose.
+        """
+        posed = self._poses_of(goal)
+        named = {term.index for term in goal.intervals}.intersection(self._indices)
+        if posed is None or not named or self._names_all_joints(goal):
+            return False
+        targets = self._targets(goal, self._start, middle=True)
+        fixed = sum(3 if target.position_only else 6 for target in targets)
+        if not has_room(posed) and len(self._indices) <= fixed:
+            return False
+        return bool(tally.refused) or self._reached(targets).success
+
+    def _reached(self, targets: Sequence[IKTarget]) -> IKResult:
+        """Solve for poses whatever joints the goal names."""
+        return self._inverse.solve(targets, self._start, IKOptions(max_starts=8))
+
+    def _further(self, goal: ConstraintSet, budget: Budget) -> list[Vector]:
+        """Return solutions for a random pose of the goal, from random starts."""
+        seed = self._middle(goal)
+        options = replace(
+            self._options(goal, budget), max_starts=_FURTHER_STARTS, table_starts=1)
+        return self._inverse.solutions(
+            self._targets(goal, seed, middle=False), seed, options, count=MAX_GOALS)
 
     # ---------------------------------------------------------------- reasons
 
@@ -200,26 +269,30 @@ class GoalSampler:
             )
         if tally.unsolved and not tally.off_goal:
             return self._no_solution(goals)
-        reason = tally.off_goal[-1] if tally.off_goal else 'none was found'
-        return PlanningError(
-            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
-            f'no state satisfies the goal constraints: {reason}; widen their tolerances',
-            _SOURCE,
-        )
+        return self._off_goal(tally.off_goal[-1] if tally.off_goal else 'none was found')
 
     def _no_solution(self, goals: Sequence[ConstraintSet]) -> PlanningError:
-        goal = next(each for each in goals if each.positions or each.orientations)
+        goal = next(each for each in goals if self._poses_of(each) is not None)
         targets = self._targets(goal, self._start, middle=True)
-        result = self._inverse.solve(targets, self._start, IKOptions(max_starts=8))
+        result = self._reached(targets)
+        if result.q is not None:
+            return self._off_goal(goal.violation(result.q))
         where = '; '.join(
             f"'{target.link}' at {np.round(target.pose[:3, 3], 4).tolist()} m in the model frame"
             for target in targets
         )
         return PlanningError(
             MoveItErrorCode.NO_IK_SOLUTION,
-            f'{result.message or "no inverse kinematics solution was found"} ({where}); move '
-            'the goal nearer, widen its tolerances, or set position_only_ik in kinematics.yaml '
-            f"if '{self._validity.group}' has fewer than 6 joints",
+            f'{result.message} ({where}); move the goal nearer, widen its tolerances, or set '
+            f"position_only_ik in kinematics.yaml if '{self._validity.group}' has fewer than 6 "
+            'joints',
+            _SOURCE,
+        )
+
+    def _off_goal(self, reason: str) -> PlanningError:
+        return PlanningError(
+            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+            f'no state satisfies the goal constraints: {reason}; widen their tolerances',
             _SOURCE,
         )
 
@@ -232,16 +305,16 @@ class GoalSampler:
         Of several constraints of a kind for a link the narrowest is taken; the others are
         checked afterwards. An orientation that the path constraints fix is kept.
         """
-        poses, free = goal.poses(seed), seed
-        if not middle:
-            free = self._model.insert(
-                seed, self._validity.group, self._rng.uniform(*self._bounds))
+        free = seed if middle else self._random(goal)
         on_path = self._validity.path_constraints
+        posed = self._poses_of(goal)
+        assert posed is not None
+        poses = posed.poses(seed)
         targets: list[IKTarget] = []
-        terms: list[PositionTerm | OrientationTerm] = [*goal.positions, *goal.orientations]
+        terms: list[PositionTerm | OrientationTerm] = [*posed.positions, *posed.orientations]
         for link in dict.fromkeys(term.target.link for term in terms):
-            position = _narrowest(goal.positions, link)
-            orientation, there = _narrowest(goal.orientations, link), poses
+            position = _narrowest(posed.positions, link)
+            orientation, there = _narrowest(posed.orientations, link), poses
             if orientation is None and on_path is not None:
                 orientation, there = _narrowest(on_path.orientations, link), on_path.poses(seed)
             turned = np.eye(3)

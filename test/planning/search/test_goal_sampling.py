@@ -10,9 +10,14 @@ import pytest
 from six_axis_requests import joint_goal, LEFT, pose_goal, request, RIGHT, SIX
 from trajectory_judge import between, poses
 
+from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.transforms import pose_matrix
+from armsim_ros.planning.budget import Budget
+from armsim_ros.planning.constraints import ConstraintSet
+from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.planner import never
 from armsim_ros.planning.request import (
     Constraints,
     JointConstraint,
@@ -23,6 +28,7 @@ from armsim_ros.planning.request import (
 )
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.planning.scene.update import StartState
+from armsim_ros.planning.search.goal_sampling import GoalSampler
 
 
 def test_pose_goal(six, six_scene, plan_for, clock):
@@ -153,8 +159,6 @@ def test_continuous_joints_take_the_short_way(turning, plan_for, clock):
         scene, clock=clock)
     assert response.success, response.message
     assert response.path_length == pytest.approx(2 * math.pi - 6.0, abs=1e-6)
-
-
 
 
 def test_orientation_is_kept_on_the_way(six, six_scene, plan_for, clock):
@@ -289,3 +293,82 @@ def test_path_of_a_tool_that_may_spin_about_its_own_axis(six, six_scene, plan_fo
     assert answer.success, answer.message
     for t in np.linspace(0.0, answer.trajectory.duration, 99):
         assert tilt(six, between(answer.trajectory, t), pose, axis) < 0.0145
+
+
+def place_goal(six, state):
+    """Return a goal for the place of the tool in a state, in any orientation."""
+    point = six.link_pose(six.vector(dict(zip(SIX, state, strict=True))), 'tool')[:3, 3]
+    region = Region(Sphere(5e-4), pose_matrix(point))
+    return Constraints(position_constraints=(PositionConstraint('tool', (region,), 'base'),))
+
+
+@pytest.mark.parametrize('seed', [0, 1, 3])
+@pytest.mark.parametrize('on_path', [False, True])
+def test_pose_goal_with_a_joint_constraint(six, six_scene, plan_for, clock, on_path, seed):
+    """
+    Of the states for a pose one is taken whose joint is within its narrow interval.
+
+    Upstream: constraint_sampler_manager.cpp, selectDefaultSampler (UnionConstraintSampler).
+    """
+    state = np.array(LEFT) + np.random.default_rng(seed).uniform(-0.6, 0.6, 6)
+    if on_path:
+        state[1] = LEFT[1]
+    goal = place_goal(six, state)
+    joint = Constraints((JointConstraint('axis2', float(state[1]), 0.005, 0.005),))
+    if on_path:
+        asked = request(goal, path_constraints=joint)
+    else:
+        asked = request(replace(goal, joint_constraints=joint.joint_constraints))
+    response = plan_for(six_scene).plan(asked, six_scene, clock=clock)
+    assert response.success, response.message
+    assert response.trajectory.positions[-1][1] == pytest.approx(state[1], abs=0.005001)
+
+
+def test_sampling_goes_on_where_the_first_draws_miss(six, six_scene, log, clock):
+    """
+    A state that few of those for a pose satisfy is found by further draws.
+
+    Upstream: constrained_goal_sampler.cpp, sampleUsingConstraintSampler.
+    """
+    state = np.array(BENT)
+    elbow = six.link_pose(six.vector(dict(zip(SIX, BENT, strict=True))), 'segment4')[:3, 3]
+    path = ConstraintSet(Constraints(position_constraints=(PositionConstraint(
+        'segment4', (Region(Sphere(0.01), pose_matrix(elbow)),), 'base'),)), six_scene, log)
+    goal = ConstraintSet(replace(place_goal(six, state), joint_constraints=(
+        JointConstraint('axis1', float(state[0]), 0.5, 0.5),)), six_scene, log)
+    context = PlanningContext(six_scene)
+    sampler = GoalSampler(
+        six, context.inverse('arm'), context.validity(six_scene, 'arm', path), six_scene.q,
+        np.random.default_rng(1))
+    found = sampler.sample([goal], Budget(clock, 50.0, never))
+    assert path.satisfied(found[0])
+
+
+def test_pose_goal_that_its_joint_constraint_excludes(six, six_scene, plan_for, clock):
+    """A pose that can be reached, but not with the joint where it has to be, names the joint."""
+    pose = six.link_pose(six.vector(dict(zip(SIX, BENT, strict=True))), 'tool')
+    goal = replace(
+        pose_goal(pose), joint_constraints=(JointConstraint('axis2', -1.5, 0.01, 0.01),))
+    response = plan_for(six_scene).plan(request(goal), six_scene, clock=clock)
+    assert response.error_code == MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
+    assert "joint 'axis2'" in response.message
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_goal_of_some_joints_with_an_orientation_kept_on_the_way(
+    six, six_scene, plan_for, clock, seed
+):
+    """
+    The joints that a goal does not name take values that keep the orientation of the path.
+
+    Upstream: model_based_planning_context.cpp, setGoalConstraints (mergeConstraints).
+    """
+    start = (0.3, 0.7, 1.2, 0.0, 1.24159, 0.1)
+    pose = six.link_pose(six.vector(dict(zip(SIX, start, strict=True))), 'tool')
+    level, = pose_goal(pose).orientation_constraints
+    keep = Constraints(orientation_constraints=(replace(level, tolerances=(0.1, 0.1, 3.14)),))
+    goal = joint_goal((0.2,), ('axis2',), tolerance=0.2)
+    response = plan_for(six_scene).plan(
+        request(goal, start, path_constraints=keep, seed=seed), six_scene, clock=clock)
+    assert response.success, response.message
+    assert abs(response.trajectory.positions[-1][1] - 0.2) < 0.2001
