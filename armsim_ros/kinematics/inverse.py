@@ -77,6 +77,13 @@ class InverseKinematics:
         if self._refusal(targets) is None:
             self._table(tuple(target.link for target in targets))
 
+    @property
+    def turning(self) -> Indices:
+        """The group's variables that are angles and may turn more than once."""
+        found: Indices = self.kinematics.cached(
+            ('turning variables', self.group), lambda: _turning(self.kinematics, self._indices))
+        return found
+
     def solve(
         self, targets: Sequence[IKTarget], seed: Vector, options: IKOptions = ANY,
     ) -> IKResult:
@@ -247,9 +254,7 @@ class InverseKinematics:
 
     def _unwind(self, q: Vector, seed: Vector, bounds: Matrix) -> Vector:
         """Return q with every full turn removed that leads away from the seed, within bounds."""
-        kinematics = self.kinematics
-        turns = kinematics.cached(
-            ('turning variables', self.group), lambda: _turning(kinematics, self._indices))
+        kinematics, turns = self.kinematics, self.turning
         if not len(turns):
             return q
         values = q[turns]

@@ -68,7 +68,8 @@ def run_pipeline(
     check_start(validity, start)
 
     sampler = GoalSampler(context.model, context.inverse(group), validity, scene.q, rng)
-    states = sampler.sample(_goal_sets(context, request, scene), budget)
+    goals = _goal_sets(context, request, scene)
+    states = sampler.sample(goals, budget)
     if float(np.max(np.abs(states[0] - start))) < _AT_REST:
         return first.trajectory(validity.joint_names), 0.0
 
@@ -77,7 +78,7 @@ def run_pipeline(
     problem = SearchProblem(
         validity, start, tuple(states), planner, rng, budget, context.log,
         context.settings.fine_step, _attempts(context, request),
-        context.settings.path_tolerance)
+        context.settings.path_tolerance, lambda: sampler.turned(goals, states))
     path, motion = find_motion(problem, limits, speed_limit)
     return first.then(motion).trajectory(validity.joint_names), path_length(path)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+import itertools
 import math
 from typing import TypeVar
 
@@ -101,8 +102,30 @@ class GoalSampler:
         budget.check(_SOURCE)
         if not tally.found:
             raise self._failure(goals, tally)
-        return sorted(
-            tally.found, key=lambda values: float(np.linalg.norm(values - self._origin)))
+        return self._nearest_first(tally.found)
+
+    def turned(
+        self, goals: Sequence[ConstraintSet], states: Sequence[Vector]
+    ) -> tuple[Vector, ...]:
+        """
+        Return the states (m,) that differ from goal states by a turn of a joint, nearest first.
+
+        :param goals: alternatives, of which each state satisfies one.
+        :param states: (m,) of :meth:`sample`.
+        """
+        validity, found = self._validity, []
+        for place in np.flatnonzero(np.isin(self._indices, self._inverse.turning)):
+            for turn, values in itertools.product((-2.0 * math.pi, 2.0 * math.pi), states):
+                other = values.copy()
+                other[place] += turn
+                if (validity.search_lower[place] <= other[place] <= validity.search_upper[place]
+                        and validity.constrained(other)
+                        and any(goal.satisfied(validity.full(other)) for goal in goals)):
+                    found.append(other)
+        return tuple(self._nearest_first(found))
+
+    def _nearest_first(self, states: Iterable[Vector]) -> list[Vector]:
+        return sorted(states, key=lambda values: float(np.linalg.norm(values - self._origin)))
 
     def _collect(
         self, goal: ConstraintSet, candidates: Iterable[Vector], tally: _Tally, budget: Budget

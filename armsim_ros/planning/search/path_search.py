@@ -9,7 +9,7 @@ free. Where either fails, the next stage looks closer.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 import math
 
@@ -62,6 +62,7 @@ class Stage:
     :param fine_step: the same where the path that was found is checked [m].
     :param most_motions: checked before it gives up; None for no end but the budget's.
     :param straight: try the straight line only.
+    :param further_goals: (m,) beside those of the problem.
     """
 
     exact: bool
@@ -70,6 +71,7 @@ class Stage:
     fine_step: float
     most_motions: int | None = None
     straight: bool = False
+    further_goals: tuple[Vector, ...] = ()
 
     @property
     def rough(self) -> bool:
@@ -93,6 +95,7 @@ class SearchProblem:
     :param fine_step: largest motion of any point between two checks of the result [m].
     :param attempts: searches at a stage, of which the shortest path counts.
     :param path_tolerance: largest deviation of the motion from the path's corners [rad or m].
+    :param turned_goals: returns goals (m,) a turn away, for where the others are out of reach.
     """
 
     validity: StateValidity
@@ -105,6 +108,7 @@ class SearchProblem:
     fine_step: float = FINE_STEP
     attempts: int = 1
     path_tolerance: float = MAX_DEVIATION
+    turned_goals: Callable[[], tuple[Vector, ...]] = tuple
 
     @property
     def ends(self) -> tuple[Vector, ...]:
@@ -136,6 +140,7 @@ def search(problem: SearchProblem, stage: Stage) -> Matrix | None:
     """
     if stage.straight:
         return _straight(problem, stage)
+    problem = replace(problem, goals=(*problem.goals, *stage.further_goals))
     best: Matrix | None = None
     attempt, most = 0, stage.most_motions
     with_corners = shorter_than = math.inf
@@ -298,14 +303,19 @@ def stages(problem: SearchProblem) -> Iterator[Stage]:
 
     The straight line; hulls with clearance to spare; hulls close by; the shapes themselves in fine
     steps; then the last two again, in finer steps. Hulls are left out where start or goals are
-    not free on them or where pose constraints have to be kept.
+    not free on them or where pose constraints have to be kept. Goals a turn away come in once
+    a search has not reached the nearer ones.
     """
     near = problem.validity.clearance
     exact = [Stage(True, near, problem.fine_step * part, problem.fine_step * part)
              for part in FINER]
     if problem.constrained:
         yield replace(exact[0], straight=True)
-        yield from exact
+        turned = problem.turned_goals()
+        if turned:
+            yield replace(exact[0], most_motions=_MOTIONS)
+        for stage in exact:
+            yield replace(stage, further_goals=turned)
         return
     coarse = Stage(True, near, SEARCH_STEP, problem.fine_step, _MOTIONS)
     if problem.ends_free(exact=False):
@@ -315,10 +325,14 @@ def stages(problem: SearchProblem) -> Iterator[Stage]:
     if near and problem.ends_free(exact=False, clearance=HULL_CLEARANCE):
         yield replace(coarse, clearance=HULL_CLEARANCE, most_motions=_FEW_MOTIONS)
     yield coarse
-    yield exact[0]
-    for stage in exact[1:]:
-        yield replace(coarse, fine_step=stage.step)
-        yield stage
+    turned = problem.turned_goals()
+    coarse = replace(coarse, further_goals=turned)
+    if turned:
+        yield replace(coarse, most_motions=_FEW_MOTIONS)
+    for stage in exact:
+        if stage is not exact[0]:
+            yield replace(coarse, fine_step=stage.step)
+        yield replace(stage, further_goals=turned)
 
 
 def find_motion(
