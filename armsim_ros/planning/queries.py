@@ -100,13 +100,15 @@ def check_state(
     """
     Return whether a full robot state (n,) is free and keeps constraints.
 
-    :param group: '' for all links of the robot; an unknown group is invalid.
+    :param group: '' for all links of the robot, and so is an unknown group, with a warning.
     """
-    if group and group not in context.model.robot.semantic.groups:
-        known = ', '.join(context.model.robot.semantic.groups)
-        return StateReport(False, message=f"planning group '{group}' is not known; known: {known}")
+    known = context.model.robot.semantic.groups
+    if group and group not in known:
+        context.log.warning(
+            f"planning group '{group}' is not known; known: {', '.join(known)}; all links are "
+            'checked')
     context.checker.use(scene)
-    contacts = tuple(context.checker.contacts(q, group or None))
+    contacts = tuple(context.checker.contacts(q, group if group in known else None))
     made = ConstraintSet(constraints, scene, context.log)
     results = tuple(made.evaluate(q))
     reasons = [

@@ -227,8 +227,13 @@ def test_constraint_results(six, six_scene, plan_for):
     assert not report.valid
 
 
-def test_unknown_group(six, six_scene, plan_for):
-    """SRV-20: a state of an unknown group is not valid, and the message names the known ones."""
-    report = plan_for(six_scene).check_state(six_scene, six.default(), 'amr')
-    assert not report.valid
-    assert 'known: arm' in report.message
+@pytest.mark.parametrize(('state', 'valid'), [((0.0,) * 6, True), (FOLDED, False)])
+def test_unknown_group(six, six_scene, plan_for, log, state, valid):
+    """
+    All links are checked for an unknown group, and a warning names the known ones.
+
+    moveit_core, collision_common.cpp, CollisionData::enableGroup.
+    """
+    q = six.vector(dict(zip(SIX, state, strict=True)))
+    assert plan_for(six_scene).check_state(six_scene, q, 'amr').valid is valid
+    assert 'known: arm' in log.recorder.text()

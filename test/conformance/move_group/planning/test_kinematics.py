@@ -231,8 +231,15 @@ def test_limits_are_not_asked(arm: Any) -> None:
 
 
 @pytest.mark.statement('SRV-20')
-def test_an_unknown_group_is_not_valid(arm: Any) -> None:
-    """A group that does not exist has no valid state."""
+def test_an_unknown_group_means_all_links(arm: Any) -> None:
+    """
+    A state is checked for all links where the group does not exist.
+
+    moveit_core, collision_common.cpp, CollisionData::enableGroup.
+    """
+    assert arm.validity(arm.positions(), 'no_such_group').valid
+    pose = arm.pose()
+    arm.add(thing('wrap', pose.header.frame_id, [box(0.05, 0.05, 0.05)], pose=pose.pose))
     assert not arm.validity(arm.positions(), 'no_such_group').valid
 
 
