@@ -25,6 +25,7 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.collision.contacts import Contact
 from armsim_ros.planning.pilz.commands import COMMANDS
 from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
+from armsim_ros.planning.search.planners import PlannerTable
 
 #: The adapters of MoveIt's own configuration, which count where the user lists none.
 REQUEST_ADAPTERS = (
@@ -57,6 +58,8 @@ class PlannerParams:
 
     def __init__(self, context: Context) -> None:
         self._context = context
+        #: Kept for clients; its commands have no parameters.
+        self._pilz = PlannerTable()
         context.serve(GetPlannerParams, 'get_planner_params', self._get)
         context.serve(SetPlannerParams, 'set_planner_params', self._set)
 
@@ -64,9 +67,10 @@ class PlannerParams:
         self, request: GetPlannerParams.Request, response: GetPlannerParams.Response
     ) -> None:
         settings = self._context.planner.settings
-        if request.pipeline_id and request.pipeline_id not in settings.pipelines:
+        pipeline = request.pipeline_id or settings.default_pipeline
+        if pipeline not in settings.pipelines:
             return
-        configs, config = settings.planners.configs, request.planner_config
+        configs, config = self._planners(pipeline).configs, request.planner_config
         merged = dict(configs.get(config, {}))
         if request.group:
             merged = {**configs.get(config_name(request.group, config), {}), **merged}
@@ -77,22 +81,31 @@ class PlannerParams:
     async def _set(self, request: SetPlannerParams.Request, _: object) -> None:
         context, keys, values = self._context, request.params.keys, request.params.values
         settings = context.planner.settings
-        if request.pipeline_id and request.pipeline_id not in settings.pipelines:
+        pipeline = request.pipeline_id or settings.default_pipeline
+        if pipeline not in settings.pipelines:
             context.logger.error(
-                f"set_planner_params: pipeline '{request.pipeline_id}' is not known; allowed: "
+                f"set_planner_params: pipeline '{pipeline}' is not known; allowed: "
                 f"{', '.join(settings.pipelines)}")
         elif len(keys) != len(values):
             context.logger.error(
                 f'set_planner_params: {len(keys)} keys and {len(values)} values; nothing changed')
         else:
             name = config_name(request.group, request.planner_config)
-            configs = dict(settings.planners.configs)
+            planners = self._planners(pipeline)
+            configs = dict(planners.configs)
             old = {} if request.replace else dict(configs.get(name, {}))
             if 'type' in configs.get(name, {}):
                 old['type'] = configs[name]['type']
             configs[name] = {**old, **dict(zip(keys, values, strict=False))}
-            planners = replace(settings.planners, configs=configs)
-            context.planner.settings = replace(settings, planners=planners)
+            planners = replace(planners, configs=configs)
+            if pipeline == PILZ:
+                self._pilz = planners
+            else:
+                context.planner.settings = replace(settings, planners=planners)
+
+    def _planners(self, pipeline: str) -> PlannerTable:
+        """Return the configurations of a pipeline."""
+        return self._pilz if pipeline == PILZ else self._context.planner.settings.planners
 
 
 def config_name(group: str, config: str) -> str:

@@ -80,6 +80,24 @@ def test_planner_params(arm: Any) -> None:
     assert get(arm, **where) == before
 
 
+@pytest.mark.statement('SRV-61', 'SRV-62')
+def test_params_of_each_pipeline(arm: Any) -> None:
+    """
+    Pilz has no parameters but those that a client sets, which leave those of OMPL as they are.
+
+    moveit_ros, query_planners_service_capability.cpp, getParams and setParams.
+    """
+    where = {'planner_config': 'RRTConnect', 'group': arm.group}
+    before = get(arm, pipeline_id='ompl', **where)
+    assert before
+    assert get(arm, pipeline_id=PILZ, **where) == {}
+    set_(arm, ['range'], ['0.3'], pipeline_id=PILZ, **where)
+    assert get(arm, pipeline_id=PILZ, **where) == {'range': '0.3'}
+    assert get(arm, pipeline_id='ompl', **where) == before
+    set_(arm, [], [], replace=True, pipeline_id=PILZ, **where)
+    assert get(arm, pipeline_id=PILZ, **where) == {}
+
+
 @pytest.mark.statement('SRV-61')
 def test_params_of_an_unknown_pipeline(arm: Any) -> None:
     """Nothing."""
