@@ -113,7 +113,7 @@ def test_limits_of_the_tag(small_package, inside, words, expected):
     position = simulation.command.position
     for value, limit in zip((-9.0, 9.0), expected, strict=True):
         position[simulation.index['shoulder']] = value
-        manager._limits.enforce(100.0)
+        manager.resources.limits.enforce(100.0)
         assert position[simulation.index['shoulder']] == limit
 
 
@@ -121,7 +121,7 @@ def test_commands_are_not_clamped_by_default(small_package):
     """As in Jazzy."""
     small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'))
     _, manager, _ = start(small_package)
-    assert manager._limits is None
+    assert manager.resources.limits is None
 
 
 MIMIC = '<mimic joint="elbow" multiplier="1"/></joint>'
