@@ -28,7 +28,7 @@ class GripperParameters(ControllerParameters):
 
 
 class GripperGains(PidGains):
-    """Gains of an effort gripper, which integrates nothing unless told how much."""
+    """Gains of an effort gripper, which integrates nothing without ``i_clamp``."""
 
     i_clamp: float = parameter(
         0.0, 'bound of the integral part, both ways; 0 switches it off', ge=0.0)
