@@ -16,7 +16,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from lone_server import LoneServer
-from move_group_bench import ArmBench, CANCELED, set_planner
+from move_group_bench import ArmBench, CANCELED
+from planners import set_planner
 from wire import box, thing
 
 from armsim_ros.clients.client_node import ClientNode

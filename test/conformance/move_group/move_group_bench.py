@@ -27,7 +27,6 @@ from moveit_msgs.srv import (
     GetPositionFK,
     GetPositionIK,
     GetStateValidity,
-    SetPlannerParams,
 )
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -395,11 +394,3 @@ def turn(a: Any, b: Any) -> float:
     """Return the angle between two quaternion messages [rad]."""
     dot = abs(a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w)
     return 2.0 * math.acos(min(1.0, dot))
-
-
-def set_planner(arm: ArmBench, planner: str, **settings: str) -> None:
-    """Set parameters of a planner, for the group alone."""
-    request = SetPlannerParams.Request(planner_config=planner, group=arm.group)
-    request.params.keys, request.params.values = list(settings), list(settings.values())
-    request.params.descriptions = [''] * len(settings)
-    arm.client.call(arm.name('set_planner_params'), SetPlannerParams, request)

@@ -10,9 +10,10 @@ import time
 from typing import Any
 
 from motions import until_moving
-from move_group_bench import CANCELED, name_of, set_planner
+from move_group_bench import CANCELED, name_of
 from moveit_msgs.msg import CollisionObject
 from moveit_msgs.srv import GetPositionFK, GetPositionIK
+from planners import set_planner
 import pytest
 from rclpy.qos import QoSHistoryPolicy, QoSProfile
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
