@@ -76,28 +76,33 @@ def standing_links(robot: RobotModel) -> tuple[str, ...]:
 
 
 def adjacent_pairs(robot: RobotModel) -> list[tuple[str, str]]:
-    """Return pairs of links with geometry that at most one movable joint separates."""
-    bodies: dict[str, str] = {robot.root_link: robot.root_link}
-    above: dict[str, str] = {}
-    for joint in robot.joints.values():
-        if joint.movable:
-            bodies[joint.child] = joint.child
-            above[joint.child] = bodies[joint.parent]
-        else:
-            bodies[joint.child] = bodies[joint.parent]
+    """
+    Return pairs of links with geometry that need no check for collisions, in tree order.
+
+    These are links that a joint of any type connects, directly or by way of links without
+    geometry (compute_default_collisions.cpp: computeConnectionGraph), and links that never move
+    relative to each other.
+    """
     solid = [name for name, link in robot.links.items() if link.collisions]
-    # A body without any shape does not keep its neighbours apart.
-    occupied = {bodies[name] for name in solid}
-    nearest_above = {}
-    for body in above:
-        parent = above[body]
-        while parent not in occupied and parent in above:
-            parent = above[parent]
-        nearest_above[body] = parent
+    # Links without geometry that are connected are one node of the graph.
+    empty: dict[str, str] = {}
+    bodies = {robot.root_link: robot.root_link}
+    for name in robot.links:
+        joint = robot.joints.get(robot.parent_joint.get(name, ''))
+        if joint is not None:
+            fixed = joint.type is JointType.FIXED
+            bodies[name] = bodies[joint.parent] if fixed else name
+        if not robot.links[name].collisions:
+            empty[name] = name if joint is None else empty.get(joint.parent, name)
+    neighbours: dict[str, set[str]] = {name: set() for name in (*solid, *empty.values())}
+    for joint in robot.joints.values():
+        ends = [empty.get(name, name) for name in (joint.parent, joint.child)]
+        neighbours[ends[0]].add(ends[1])
+        neighbours[ends[1]].add(ends[0])
+    reached = {name: neighbours[name].union(
+        *(neighbours[node] for node in neighbours[name] if node not in solid)) for name in solid}
     return [
         (min(a, b), max(a, b))
         for i, a in enumerate(solid)
-        for b in solid[i + 1 :]
-        if bodies[a] == bodies[b]
-        or nearest_above.get(bodies[a]) == bodies[b]
-        or nearest_above.get(bodies[b]) == bodies[a]]
+        for b in solid[i + 1:]
+        if b in reached[a] or bodies[a] == bodies[b]]
