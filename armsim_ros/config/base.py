@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hint
 from pydantic import BaseModel, ConfigDict, Field, model_validator, ValidationError
 
 from armsim_ros.config.yaml_node import YamlNode
-from armsim_ros.errors import ignored, Location, nearest, Problem, Severity
+from armsim_ros.errors import ignored, nearest, Problem, Severity
 
 
 class Settings(BaseModel):
@@ -122,7 +122,7 @@ _ONE_OF = re.compile(r'^Input should be (.+)$')
 
 def read_settings(
     kind: type[AnySettings], node: YamlNode, problems: list[Problem], *, title: str,
-    unused: Mapping[str, str] | None = None, tolerant: bool = True
+    unused: Mapping[str, str] | None = None, tolerant: bool = True, published: bool = False
 ) -> AnySettings | None:
     """
     Return a block as checked settings, None where it has errors.
@@ -133,6 +133,8 @@ def read_settings(
         each gives a remark and is left out.
     :param tolerant: whether an unknown key is left out, as upstream does, or is an
         error, as in files that only this package has.
+    :param published: whether the file is published, so that its reader will not change: a value
+        with an error has its default, and the others count.
     """
     if not node.is_mapping:
         problems.append(Problem(f'{title} is {node.kind}', node.place, 'a block of keys'))
@@ -151,13 +153,18 @@ def read_settings(
         problems.extend(ignored(_problem(kind, node, detail, title, known_unused))
                         for detail in extra)
         paths = [_written_path(node, detail['loc']) for detail in extra]
-        return read_settings(kind, _without(node, paths), problems, title=title, unused=unused)
+        return read_settings(kind, _without(node, paths), problems, title=title, unused=unused,
+                             published=published)
     inner = {detail['loc'][:-1] for detail in details}
     for detail in details:
         if detail['type'] == 'too_short' and detail['loc'] in inner:
             continue  # its items are there, but wrong
         problems.append(_problem(kind, node, detail, title, known_unused))
-    return None
+    faults = [_fault(node, detail) for detail in details]
+    if not published or [] in faults:
+        return None
+    return read_settings(kind, _without(node, faults), problems, title=title, unused=unused,
+                         tolerant=tolerant, published=True)
 
 
 def drop_unused(
@@ -177,6 +184,17 @@ def _without(node: YamlNode, paths: Sequence[Sequence[str | int]]) -> YamlNode:
     for path in paths:
         node = _cut(node, path)
     return node
+
+
+def _fault(node: YamlNode, detail: Any) -> list[str | int]:
+    """Return the path to the smallest entry that an error leaves out, [] for the whole block."""
+    path = _written_path(node, detail['loc'])
+    if detail['type'] == 'value_error':
+        path = _refine(node, path, str(detail['ctx']['error'])) or path
+    path = path[:node.find(path)[1]]
+    while path and isinstance(path[-1], int):
+        path.pop()  # a list counts as a whole
+    return path
 
 
 def _cut(node: YamlNode, path: Sequence[str | int]) -> YamlNode:
@@ -226,7 +244,7 @@ def _problem(kind: type[BaseModel], node: YamlNode, detail: Any, title: str,
         text = str(detail['ctx']['error'])
         refined = _refine(node, path, text)
         head = f'{title}: {name}: ' if name else f'{title}: '
-        return Problem(head + text, refined or where)
+        return Problem(head + text, node.locate(refined) if refined else where)
     what = f"{title}: '{name}' is {given.kind}" if given else f'{title}: {name}'
     remedy = ''
     if given is not None and isinstance(given.value, bool) and given.text.lower() not in (
@@ -246,20 +264,20 @@ def _written_path(node: YamlNode, loc: Sequence[str | int]) -> list[str | int]:
     return path
 
 
-def _refine(node: YamlNode, path: Sequence[str | int], text: str) -> Location | None:
-    """Return the place of the word that a message quotes, where it can be found."""
+def _refine(node: YamlNode, path: Sequence[str | int], text: str) -> list[str | int] | None:
+    """Return the path of the word that a message quotes, where it can be found."""
     match = _QUOTED.match(text)
     if match is None:
         return None
     key, word = match[1], match[2]
     for steps in ([*path, key, word], [*path, word], [*path, key]):
-        if None not in steps:
-            place = node.locate([step for step in steps if step is not None])
-            if place is not None:
-                return place
-    parent, _ = node.find([*path, key] if key else path)
-    hits = [item.where for item in parent.items if item.value == word]
-    return hits[0] if hits else None
+        known = [step for step in steps if step is not None]
+        if len(known) == len(steps) and node.locate(known) is not None:
+            return known
+    above = [*path, key] if key else [*path]
+    parent, steps = node.find(above)
+    places = [place for place, item in enumerate(parent.items) if item.value == word]
+    return [*above[:steps], places[0]] if places else None
 
 
 def keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:

@@ -32,11 +32,14 @@ class ConfigDraft:
     :param sections: block -> its entries, of all files together.
     :param namespaces: namespace -> where it was first seen.
     :param problems: errors and remarks found on the way.
+    :param published: whether the files are those of a published package, which their reader
+        will not change.
     """
 
     sections: dict[str, YamlNode] = field(default_factory=dict)
     namespaces: dict[str, Location] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    published: bool = False
 
     def section(self, name: str) -> YamlNode:
         """Return a block; empty where no file has it."""

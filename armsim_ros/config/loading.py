@@ -98,7 +98,7 @@ def survey_files(
     :returns: settings in which a block with errors has its defaults; the errors are among
         the remarks.
     """
-    draft = ConfigDraft(problems=list(files.remarks))
+    draft = ConfigDraft(problems=list(files.remarks), published=files.package is not None)
     if files.package is not None:
         variables = {**files.declared, **files.arguments}
         PackageReader(draft, files.packages, variables).read(files.package)
@@ -112,7 +112,7 @@ def survey_files(
             _read_files(files.controller_files, draft)
     _apply_overrides(draft, overrides or {})
     chosen = _namespace(draft, namespace)
-    values = read_sections(draft, published=files.package is not None)
+    values = read_sections(draft)
     of_sensors = sensors_file(files.folder)
     octomap = read_sensors_file(of_sensors, draft.problems)
     if files.package is not None:
@@ -147,7 +147,7 @@ def _of_published(problem: Problem, package: PackageRoles) -> Problem:
     """
     Return an error in a published file as a warning.
 
-    Upstream leaves out the controller, solver or joint that it cannot read, and starts.
+    Upstream leaves out the controller or value that it cannot read, and starts.
     """
     where = problem.where
     role = package.roles.get(Path(where.file)) if where is not None else None

@@ -120,7 +120,8 @@ class CartesianLimits(Settings):
 
     max_trans_vel: float = parameter(1.0, 'largest speed [m/s]', gt=0.0)
     max_trans_acc: float = parameter(2.25, 'largest acceleration [m/s^2]', gt=0.0)
-    max_trans_dec: float = parameter(-5.0, 'largest deceleration, below 0 [m/s^2]', lt=0.0)
+    max_trans_dec: float = parameter(
+        -5.0, 'has no effect: braking has the bound of acceleration [m/s^2]')
     max_rot_vel: float = parameter(1.57, 'largest turning speed [rad/s]', gt=0.0)
 
 

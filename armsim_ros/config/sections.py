@@ -17,7 +17,6 @@ from armsim_ros.config.controllers.controller_settings import (
 )
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.kinematics import (
-    JointLimitOverrides,
     JointLimitsSettings,
     KinematicsSettings,
     UNUSED_KINEMATICS_KEYS,
@@ -68,29 +67,30 @@ _DEFAULTS_WITHOUT_EFFECT: Mapping[str, Any] = {
 }
 
 
-def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, Any]:
+def read_sections(draft: ConfigDraft) -> dict[str, Any]:
     """
     Check every block of a draft.
 
-    :param published: whether the files are those of a published package: only the broadcaster
-        and the controllers of move_group start, where there is no list.
-    :returns: field of RobotSettings -> value; a block with errors has its defaults, and the
-        errors are among the draft's problems.
+    Of a published package only the broadcaster and the controllers of move_group start, where
+    there is no list.
+
+    :returns: field of RobotSettings -> value; a block with errors has its defaults, of a
+        published file the values with errors; the errors are among the draft's problems.
     """
     simulation = _checked(draft, draft.section('simulation'), SimulationSettings, 'simulation',
                           tolerant=False)
-    controllers = _controllers(draft, published)
-    spawn = _spawn(draft, controllers, published)
+    controllers = _controllers(draft)
+    spawn = _spawn(draft, controllers)
     moveit = _moveit_controllers(draft)
     return {
         'simulation': simulation,
         'controllers': controllers,
         'spawn': spawn,
         'controller_manager': _controller_manager(draft, simulation, controllers),
-        'joint_limits': _joint_limits(draft, published),
+        'joint_limits': _joint_limits(draft),
         'kinematics': _kinematics(draft),
         'ompl': _ompl(draft),
-        'moveit_controllers': moveit if not published else _with_default(moveit, spawn),
+        'moveit_controllers': moveit if not draft.published else _with_default(moveit, spawn),
         'trajectory_execution': _checked(
             draft, draft.section('trajectory_execution'), TrajectoryExecutionSettings,
             'trajectory_execution', UNUSED_EXECUTION_KEYS),
@@ -104,7 +104,7 @@ def read_sections(draft: ConfigDraft, *, published: bool = False) -> dict[str, A
 def _checked(draft: ConfigDraft, node: YamlNode, kind: type[AnySettings], title: str,
              unused: Mapping[str, str] | None = None, *, tolerant: bool = True) -> AnySettings:
     checked = read_settings(kind, node, draft.problems, title=title, unused=unused,
-                            tolerant=tolerant)
+                            tolerant=tolerant, published=draft.published)
     return checked if checked is not None else kind()
 
 
@@ -187,20 +187,20 @@ def _with_fitting_rate(draft: ConfigDraft, node: YamlNode, timestep: float) -> Y
 _OF_CONTROLLERS = ('joint', 'joints', 'command_interfaces', 'state_interfaces')
 
 
-def _controllers(draft: ConfigDraft, published: bool) -> tuple[ControllerSettings, ...]:
+def _controllers(draft: ConfigDraft) -> tuple[ControllerSettings, ...]:
     # In a published file a block without a type may be that of another node.
-    found = [read_controller(name, node, draft.problems, published=published)
+    found = [read_controller(name, node, draft.problems, published=draft.published)
              for name, node in draft.section('controllers').entries.items()
-             if not published or {'type', *_OF_CONTROLLERS} & set(node.entries)]
+             if not draft.published or {'type', *_OF_CONTROLLERS} & set(node.entries)]
     return tuple(entry for entry in found if entry is not None)
 
 
-def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...],
-           planned_only: bool) -> tuple[str, ...]:
+def _spawn(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]
+           ) -> tuple[str, ...]:
     """Return the controllers to activate: the listed ones, else all that fit together."""
     listed = draft.section('spawn').get('names')
     if listed is None:
-        if planned_only:
+        if draft.published:
             return _spawn_planned(draft, controllers)
         return _spawn_all(draft, controllers)
     if not isinstance(listed.value, tuple):
@@ -294,22 +294,14 @@ def _spawn_all(draft: ConfigDraft, controllers: tuple[ControllerSettings, ...]) 
     return tuple(names)
 
 
-def _joint_limits(draft: ConfigDraft, published: bool) -> JointLimitsSettings:
+def _joint_limits(draft: ConfigDraft) -> JointLimitsSettings:
     node = draft.section('joint_limits')
     joints = node.get('joint_limits')
     if joints is not None and joints.is_mapping:
-        clean = {name: drop_unused(block, UNUSED_LIMIT_KEYS, draft.problems,
-                                   title=f"limits of joint '{name}'")
-                 for name, block in joints.entries.items()}
-        if published:
-            # Of a published file the joints that are right count.
-            found = {name: block for name, block in clean.items() if read_settings(
-                JointLimitOverrides, block, draft.problems,
-                title=f"limits of joint '{name}'") is not None}
-            known = known_keys(JointLimitOverrides)
-            clean = {name: block.without(*(set(block.entries) - set(known)))
-                     for name, block in found.items()}
-        node = node.with_value({**node.entries, 'joint_limits': joints.with_value(clean)})
+        used = {name: drop_unused(block, UNUSED_LIMIT_KEYS, draft.problems,
+                                  title=f"limits of joint '{name}'")
+                for name, block in joints.entries.items()}
+        node = node.with_value({**node.entries, 'joint_limits': joints.with_value(used)})
     return _checked(draft, node, JointLimitsSettings, 'joint limits')
 
 

@@ -279,7 +279,7 @@ def test_a_missing_package_of_meshes_is_told_once(small_package):
 
 
 def test_a_mistake_costs_what_it_is_about(small_package):
-    """A controller or a joint's limits with wrong values are left out, and the others count."""
+    """A controller with wrong values or a wrong limit is left out, and the others count."""
     small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
         'gripper:\n  ros__parameters: {type: position_controllers/GripperActionController}\n'))
     small_package.write('config/joint_limits.yaml', (
@@ -290,7 +290,8 @@ def test_a_mistake_costs_what_it_is_about(small_package):
     planned = planning_robot(found.model, found.settings.joint_limits)
     assert planned.joints['elbow'].limits.velocity == 1.0
     assert planned.joints['shoulder'].limits.velocity == 2.0
-    assert any("'max_velocity' is the text 'quick'" in text for text in said(found))
+    assert any("'joint_limits.shoulder.max_velocity' is the text 'quick'" in text
+               for text in said(found))
 
 
 def test_a_controller_of_joints_that_are_not_there_stays_inactive(small_package):
@@ -339,7 +340,7 @@ def test_planners_without_a_file_are_those_of_the_builder(small_package):
 @pytest.mark.parametrize(('text', 'message'), [
     ('joint_limits:\n  shoulder: [1, 2\n', '2:13: the bracket that opens here is not closed'),
     ('joint_limits:\n  shoulder:\n    has_velocity_limits: true\n    max_velocity: quick\n',
-     "4:19: limits of joint 'shoulder': 'max_velocity' is the text 'quick'"),
+     "4:19: joint limits: 'joint_limits.shoulder.max_velocity' is the text 'quick'"),
 ])
 def test_a_mistake_has_file_and_line(small_package, text, message):
     """Of YAML that cannot be read, and of a value that is of the wrong kind."""
