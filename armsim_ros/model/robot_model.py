@@ -291,11 +291,17 @@ class RobotModel:
 
     @property
     def model_frame(self) -> str:
-        """The frame of all poses without a frame: the virtual joint's parent or the root."""
+        """The frame of all poses without a frame: the root link, or the frame that it moves in."""
         virtual = self.semantic.virtual_joint
-        if virtual and virtual.child_link == self.root_link:
-            return virtual.parent_frame
-        return self.root_link
+        moves = virtual is not None and virtual.type != 'fixed'
+        return self.parent_frame if moves and self.parent_frame else self.root_link
+
+    @property
+    def parent_frame(self) -> str:
+        """The frame outside of the robot that a virtual joint ties it to, '' for none."""
+        virtual = self.semantic.virtual_joint
+        tied = virtual is not None and virtual.child_link == self.root_link
+        return virtual.parent_frame if tied and virtual.parent_frame not in self.links else ''
 
     @cached_property
     def parent_joint(self) -> dict[str, str]:

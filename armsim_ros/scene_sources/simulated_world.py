@@ -65,11 +65,11 @@ def initial_scene(
     the floor of the world's file are in it; they may touch the links that no joint moves, on which
     the robot is.
     """
+    root = world_in_root(settings)
     scene = PlanningScene(
         model, name=name, link_padding=parameters.default_robot_padding,
-        link_scale=parameters.default_robot_scale)
+        link_scale=parameters.default_robot_scale, parent_frame=root)
     if parameters.scene_from_world == 'fixed':
-        root = world_in_root(settings)
         standing = standing_links(model.robot)
         for item in _fixed_objects(settings.world, root):
             scene.apply_object(item)

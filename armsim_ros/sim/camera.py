@@ -98,7 +98,7 @@ def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:
             raise SimulationError(
                 f"camera '{name}': robot '{model.name}' has the link '{own[0]}' already; leave "
                 "'link' out, or give the camera another name")
-        if link not in (*links, model.model_frame):
+        if link not in (*links, model.parent_frame):
             raise SimulationError(
                 f"camera '{name}' sits on '{link}', which is not a link of robot '{model.name}'; "
                 + (nearest(link, links) or 'see its URDF'))

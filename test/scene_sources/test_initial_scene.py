@@ -55,6 +55,17 @@ def test_poses_are_seen_from_where_the_robot_stands(world):
     np.testing.assert_allclose(post.pose[:3, 3], [0.5, -0.5, 0.2], atol=1e-4)
 
 
+def test_the_world_of_a_virtual_joint_is_the_simulations(small_package):
+    """Where a fixed virtual joint ties the robot to the world, that frame is where it stands."""
+    tie = '<virtual_joint name="v" type="fixed" parent_frame="world" child_link="base"/>'
+    srdf = small_package.SRDF.replace('</robot>', f'{tie}</robot>')
+    small_package.write('config/small.srdf', srdf)
+    placed = {'simulation.placement': {'xyz': [0.0, 0.0, 0.14], 'rpy': [0, 0, 0]}}
+    scene = ArmSim(str(small_package.folder), overrides=placed).scene
+    assert scene.model_frame == 'base'
+    np.testing.assert_allclose(scene.frame_pose('world')[:3, 3], [0.0, 0.0, -0.14], atol=1e-9)
+
+
 @pytest.mark.armsim(overrides=KNOWING)
 def test_no_plan_goes_where_the_world_is(arm):
     """The default arm with its table: a state in the table is refused, the others are not."""

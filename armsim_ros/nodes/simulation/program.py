@@ -231,9 +231,9 @@ class SimulationProgram:
         model, placement = self._cell.model, self._cell.settings.simulation.placement
         node = self._node('robot_state_publisher', '/')
         fixed = []
-        if model.model_frame != model.root_link:
+        if model.parent_frame:
             pose = pose_from_parts(placement.xyz, matrix_from_rpy(placement.rpy))
-            fixed.append(transform(model.model_frame, model.root_link, pose))
+            fixed.append(transform(model.parent_frame, model.root_link, pose))
         publisher = RobotStatePublisher(node, model.urdf, fixed)
         self._semantic = publish_text(node, 'robot_description_semantic', model.srdf)
         names, position = model.movable_joints, self._simulation.state.position

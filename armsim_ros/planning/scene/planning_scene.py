@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from armsim_ros.arrays import Vector
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
@@ -47,20 +47,28 @@ class PlanningScene(SceneView):
     :param link_padding: [m] default padding of every link against the world.
     :param link_scale: default factor of every link's size against the world.
     :param auto_disable_adjacent: where the SRDF disables no pair, let neighbours touch.
+    :param parent_frame: (4, 4) pose in the root link's frame of the frame that a fixed virtual
+        joint ties the robot to, the identity by default; it counts until TF or a message says
+        where that frame is.
     """
 
     def __init__(
         self, kinematics: KinematicModel, *, name: str = '', link_padding: float = 0.0,
-        link_scale: float = 1.0, auto_disable_adjacent: bool = True
+        link_scale: float = 1.0, auto_disable_adjacent: bool = True,
+        parent_frame: Matrix | None = None
     ) -> None:
+        robot = kinematics.robot
+        pose = np.eye(4) if parent_frame is None else parent_frame
+        outside = {robot.parent_frame: pose} if robot.parent_frame else {}
         q = kinematics.default()
         q.setflags(write=False)
-        solid = [link for link, item in kinematics.robot.links.items() if item.collisions]
+        solid = [link for link, item in robot.links.items() if item.collisions]
         self._initial = SceneContent(
             q,
             name,
             acm=AllowedCollisionMatrix.from_robot(
-                kinematics.robot, auto_disable_adjacent=auto_disable_adjacent),
+                robot, auto_disable_adjacent=auto_disable_adjacent),
+            fixed_frames=MappingProxyType(outside),
             link_padding=MappingProxyType(dict.fromkeys(solid, link_padding)),
             link_scale=MappingProxyType(dict.fromkeys(solid, link_scale)))
         super().__init__(kinematics, self._initial)

@@ -106,11 +106,17 @@ def test_the_parent_group_of_an_end_effector(make_model):
     assert model.semantic.end_effectors['f'].parent_group == 'arm'
 
 
-def test_a_virtual_joint_names_the_model_frame(make_model):
-    """CFG-1: poses without a frame are in its parent frame."""
-    model, _ = make_model('<virtual_joint name="v" type="fixed" parent_frame="world" '
+@pytest.mark.parametrize(('kind', 'frame'), [
+    ('fixed', 'base'), ('planar', 'world'), ('floating', 'world')])
+def test_the_model_frame_with_a_virtual_joint(make_model, kind, frame):
+    """CFG-1: the frame in which the robot moves, else the root link (constructJointModel)."""
+    model, _ = make_model(f'<virtual_joint name="v" type="{kind}" parent_frame="world" '
                           'child_link="base"/>', ARM)
-    assert model.model_frame == 'world'
+    assert (model.model_frame, model.parent_frame) == (frame, 'world')
+
+
+def test_a_virtual_joint_to_another_link_is_left_out(make_model):
+    """Only the root link can be tied to the world."""
     model, warnings = make_model('<virtual_joint name="v" type="fixed" parent_frame="world" '
                                  'child_link="a"/>', ARM)
     assert model.model_frame == 'base'
