@@ -13,12 +13,12 @@ class PlanningGroup:
     An SRDF group.
 
     :param joints: all joints in tree order, fixed and mimic ones too.
-    :param active_joints: those that have a variable of their own and are not passive,
-        in tree order.
+    :param active_joints: those that have a variable of their own, passive ones too, in tree
+        order.
     :param links: the child links of the joints, in tree order.
     :param chain: (base link, tip link) where the group is a chain, else None.
     :param tips: links at the group's ends.
-    :param subgroups: names of the groups it was built from.
+    :param subgroups: names of the other groups whose joints are all in it, sorted.
     """
 
     name: str

@@ -141,6 +141,13 @@ def test_a_group_without_a_controller(folder):
         'joint_6; add to controller_list: - {name: sunday/arm_joint_controller, action_ns: ')
 
 
+def test_a_passive_joint_needs_no_controller(folder):
+    """Controllers leave passive joints out, so that none has to move them."""
+    change(folder / 'controllers_gazebo.yaml', '      - joint_6\n', '')
+    change(folder / 'sunday.srdf', '</robot>', '<passive_joint name="joint_6"/></robot>')
+    assert load(folder)[1] == []
+
+
 def test_names_in_the_other_files(folder):
     """Limits, solvers and planners of what is not there give a warning each."""
     change(folder / 'joint_limits.yaml', '  joint_6:', '  joint_66:')

@@ -61,7 +61,7 @@ def test_the_magician_keeps_its_hand_level():
 
 
 def test_the_magicians_passive_joints():
-    """The joints of the parallelograms are no variables of the group."""
+    """Those of the parallelograms follow others, so they are no variables of the group."""
     _, model, _ = load('magician')
     assert model.group('manipulator').active_joints == (
         'magician_joint1', 'magician_joint2', 'magician_joint3')

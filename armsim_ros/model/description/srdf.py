@@ -85,7 +85,7 @@ class _Reader:
                                '<robot>')
             self._report.raise_errors()
         passive = self._passive_joints()
-        groups = self._groups(passive)
+        groups = self._groups()
         enabled = self._pairs('enable_collisions')
         semantic = SemanticModel(
             name=self._root.get('name'), groups=groups, named_states=self._states(groups),
@@ -129,7 +129,7 @@ class _Reader:
         element = self._root.first('virtual_joint')
         return element.get('name') if element is not None else ''
 
-    def _groups(self, passive: tuple[str, ...]) -> dict[str, PlanningGroup]:
+    def _groups(self) -> dict[str, PlanningGroup]:
         elements: dict[str, XmlElement] = {}
         for element in self._root.all('group'):
             name = read_name(element, 'name', self._report)
@@ -139,7 +139,7 @@ class _Reader:
             elif name:
                 elements[name] = element
                 self._places[f'group {name}'] = element.where
-        return GroupBuilder(self._joints, passive, self._report).build(elements)
+        return GroupBuilder(self._joints, self._report).build(elements)
 
     def _states(self, groups: Mapping[str, PlanningGroup]
                 ) -> dict[str, dict[str, dict[str, float]]]:

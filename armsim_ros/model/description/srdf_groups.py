@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 from armsim_ros.errors import nearest
@@ -18,13 +19,11 @@ class GroupBuilder:
     Builds the groups of an SRDF.
 
     :param joints: the robot's joints, in tree order.
-    :param passive: joints that no controller moves.
     :param report: takes what is skipped.
     """
 
-    def __init__(self, joints: Mapping[str, Joint], passive: tuple[str, ...],
-                 report: TextReport) -> None:
-        self._joints, self._passive, self._report = joints, passive, report
+    def __init__(self, joints: Mapping[str, Joint], report: TextReport) -> None:
+        self._joints, self._report = joints, report
         self._above = {joint.child: name for name, joint in joints.items()}
         self._links = {*self._above, *(joint.parent for joint in joints.values())}
 
@@ -41,11 +40,12 @@ class GroupBuilder:
         for name, element in elements.items():
             found = members.get(name)
             if found:
-                groups[name] = self._group(name, element, found, groups)
+                groups[name] = self._group(name, element, found)
             elif found is not None:
                 self._report.warning(f"planning group '{name}' has no joints and is left out",
                                      element.where)
-        return groups
+        return {name: replace(group, subgroups=_subgroups(group, groups))
+                for name, group in groups.items()}
 
     def _collect(self, name: str, elements: Mapping[str, XmlElement],
                  members: dict[str, set[str] | None], stack: tuple[str, ...]) -> None:
@@ -120,17 +120,13 @@ class GroupBuilder:
         self._collect(name, elements, members, (*stack, group))
         return members.get(name) or set()
 
-    def _group(self, name: str, element: XmlElement, found: set[str],
-               groups: Mapping[str, PlanningGroup]) -> PlanningGroup:
+    def _group(self, name: str, element: XmlElement, found: set[str]) -> PlanningGroup:
         joints = tuple(joint for joint in self._joints if joint in found)
-        active = tuple(joint for joint in joints
-                       if self._joints[joint].active and joint not in self._passive)
+        active = tuple(joint for joint in joints if self._joints[joint].active)
         links = tuple(self._joints[joint].child for joint in joints)
         chain = self._as_chain(element, joints)
-        subgroups = tuple(part.get('name') for part in element.all('group')
-                          if part.get('name') in groups)
         tips = (chain[1],) if chain else self._ends(joints)
-        return PlanningGroup(name, joints, active, links, chain, tips, subgroups)
+        return PlanningGroup(name, joints, active, links, chain, tips)
 
     def _as_chain(self, element: XmlElement, joints: tuple[str, ...]) -> tuple[str, str] | None:
         """Return base and tip link where every joint follows on its predecessor."""
@@ -158,3 +154,10 @@ class GroupBuilder:
         for joint in joints:
             above.update(self._way_up(self._joints[joint].parent))
         return tuple(self._joints[joint].child for joint in joints if joint not in above)
+
+
+def _subgroups(group: PlanningGroup, groups: Mapping[str, PlanningGroup]) -> tuple[str, ...]:
+    """Return the groups whose joints are all in a group, by name (buildGroupsInfoSubgroups)."""
+    joints = set(group.joints)
+    return tuple(name for name in sorted(groups)
+                 if name != group.name and joints.issuperset(groups[name].joints))

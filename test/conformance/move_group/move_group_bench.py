@@ -154,7 +154,8 @@ class ArmBench:
             if state.get('group') == self.group
         }
         virtual = srdf.find('virtual_joint')
-        if virtual is not None and virtual.get('child_link') == self.frame:
+        moves = virtual is not None and virtual.get('type') != 'fixed'
+        if moves and virtual.get('child_link') == self.frame:
             self.frame = virtual.get('parent_frame')
         self.group_joints = list(next(iter(self.states.values())))
 

@@ -60,6 +60,14 @@ def test_subgroups(make_model):
     assert model.group('all').active_joints == ('j1', 'j2', 'finger_1')
 
 
+def test_subgroups_are_all_groups_inside_by_name(make_model):
+    """Named in the group or not (robot_model.cpp: buildGroupsInfoSubgroups)."""
+    model, _ = make_model('<group name="all"><group name="hand"/><group name="arm"/></group>',
+                          ARM, HAND, '<group name="elbow"><joint name="j2"/></group>')
+    assert model.group('all').subgroups == ('arm', 'elbow', 'hand')
+    assert model.group('arm').subgroups == ('elbow',)
+
+
 def test_cyclic_subgroups_are_dropped(make_model):
     """CFG-2: groups that contain each other are left out, the others stay."""
     model, warnings = make_model(ARM, '<group name="x"><group name="y"/></group>',
@@ -68,10 +76,10 @@ def test_cyclic_subgroups_are_dropped(make_model):
     assert 'planning groups contain each other (x -> y -> x)' in warnings[0]
 
 
-def test_a_passive_joint_is_not_planned(make_model):
-    """CFG-1: passive joints belong to the group, but are no variables of it."""
+def test_a_passive_joint_is_a_variable_of_its_group(make_model):
+    """joint_model_group.cpp (the constructor): only fixed and mimic joints are not active."""
     model, _ = make_model(ARM, '<passive_joint name="j2"/>')
-    assert model.group('arm').active_joints == ('j1',)
+    assert model.group('arm').active_joints == ('j1', 'j2')
     assert model.semantic.passive_joints == ('j2',)
 
 
