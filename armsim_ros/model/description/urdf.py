@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from armsim_ros.errors import Location, nearest, Problem
@@ -95,11 +96,12 @@ def parse_urdf(text: str, file: str, *, read_mesh: MeshReader,
             joints[name] = joint
     report.join_equal("joint '{}': limit 0 of ", 'joints {}: limit 0 of ')
     root_link = _check_tree(root, links, joints, places, report)
+    _drop_mimics(joints, places, report)
     hardware = read_hardware(root, links, joints, report) if with_hardware else ()
     for driven in (driven for system in hardware for driven in system.joints):
         if driven.free or driven.follows is not None:
             joints[driven.name] = replace(joints[driven.name], mimic=driven.follows)
-    _check_mimics(joints, places, report)
+    _drop_mimics(joints, places, report)
     transmissions = read_transmissions(root, report) if with_hardware else ()
     _check_transmissions(transmissions, joints, root.where, report)
     _remark_others(root, report)
@@ -176,25 +178,37 @@ def _check_tree(root: XmlElement, links: dict[str, Link], joints: dict[str, Join
     return roots[0] if roots else ''
 
 
-def _check_mimics(joints: dict[str, Joint], places: dict[str, Location],
-                  report: TextReport) -> None:
+def _drop_mimics(joints: dict[str, Joint], places: dict[str, Location],
+                 report: TextReport) -> None:
+    """Let joints that cannot follow another one be free, as in robot_model.cpp (buildMimic)."""
     for name, joint in joints.items():
-        seen = [name]
-        leader = joint
-        while leader.mimic is not None:
-            target = leader.mimic.joint
-            where = places[f'joint {leader.name}']
-            if target not in joints:
-                what, hint = unknown('joint', target, tuple(joints))
-                if leader is joint:
-                    report.error(f"joint '{name}' mimics another: {what}", where, remedy=hint)
-                break
-            if target in seen:
-                report.error(f"joint '{name}' mimics itself, by way of "
-                             f"{' -> '.join([*seen, target])}", where)
-                break
-            seen.append(target)
-            leader = joints[target]
+        if joint.mimic is None:
+            continue
+        leader = joints.get(joint.mimic.joint)
+        if leader is not None and joint.movable and leader.movable:
+            continue
+        what, hint = unknown('joint', joint.mimic.joint, tuple(joints))
+        if leader is not None:
+            still = joint if not joint.movable else leader
+            what, hint = f"joint '{still.name}' is {still.type.value}", ''
+        report.ignored(f"<mimic> of joint '{name}' is left out: {what}", places[f'joint {name}'],
+                       hint)
+        joints[name] = replace(joint, mimic=None)
+    circle = next(filter(None, (_circle(name, joints) for name in joints)), None)
+    if circle is not None:
+        report.ignored(f"joints mimic each other ({' -> '.join(circle)}); all <mimic> of the "
+                       'robot are left out', places[f'joint {circle[0]}'])
+        joints.update({name: replace(joint, mimic=None) for name, joint in joints.items()})
+
+
+def _circle(name: str, joints: Mapping[str, Joint]) -> list[str] | None:
+    """Return the way from a joint to itself along what the joints follow, None without one."""
+    way = [name]
+    while (mimic := joints[way[-1]].mimic) is not None:
+        if mimic.joint in way:
+            return [*way[way.index(mimic.joint):], mimic.joint]
+        way.append(mimic.joint)
+    return None
 
 
 def _plugin_namespaces(root: XmlElement) -> dict[str, Location]:

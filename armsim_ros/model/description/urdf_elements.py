@@ -48,45 +48,43 @@ def read_inertial(link: XmlElement, report: TextReport) -> Inertial | None:
     element = link.first('inertial')
     if element is None:
         return None
-    mass, inertia = element.first('mass'), element.first('inertia')
-    if mass is None or inertia is None:
-        missing = 'mass' if mass is None else 'inertia'
-        report.error(f"<inertial> of link '{link.get('name')}' has no <{missing}>",
-                     element.where)
+    part, values = TextReport(), []
+    for tag, keys in (('mass', ('value',)), ('inertia', _INERTIA_KEYS)):
+        holder = element.first(tag)
+        absent = [key for key in keys if holder is None or key not in holder.attributes]
+        if holder is None or absent:
+            part.error(f'<inertial> has no <{tag} {" ".join(absent)}>', element.where)
+        else:
+            values += [read_number(holder, key, part, 0.0) or 0.0 for key in keys]
+    origin = read_origin(element, part)
+    if report.without(part, f"<inertial> of link '{link.get('name')}'"):
         return None
-    value = read_number(mass, 'value', report)
-    parts = [read_number(inertia, key, report) for key in _INERTIA_KEYS]
-    if value is None or any(part is None for part in parts):
-        absent = [key for key in _INERTIA_KEYS if key not in inertia.attributes]
-        if 'value' not in mass.attributes or absent:
-            report.error(
-                f"<inertial> of link '{link.get('name')}' is incomplete", element.where,
-                'mass value, inertia ' + ' '.join(_INERTIA_KEYS))
-        return None
-    ixx, ixy, ixz, iyy, iyz, izz = (float(part or 0.0) for part in parts)
+    mass, ixx, ixy, ixz, iyy, iyz, izz = values
     matrix = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    return Inertial(value, read_origin(element, report), matrix)
+    return Inertial(mass, origin, matrix)
 
 
 def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
                 read_mesh: MeshReader, report: TextReport) -> tuple[LinkGeometry, ...]:
     """
-    Return the shapes of a link.
+    Return the shapes of a link; one with an error is left out.
 
     :param tag: ``collision`` or ``visual``.
     :param materials: name -> color of the robot's own materials.
     """
     shapes = []
     for element in link.all(tag):
+        part, geometry = TextReport(), None
+        origin, color = read_origin(element, part), _color(element, materials, part)
         holder = element.first('geometry')
         if holder is None or not holder.children:
-            report.error(f"<{tag}> of link '{link.get('name')}' has no <geometry> with a shape",
-                         element.where)
-            continue
-        geometry = _read_geometry(holder.children[0], link.get('name'), tag, read_mesh, report)
-        if geometry is not None:
-            shapes.append(LinkGeometry(geometry, read_origin(element, report),
-                                       element.get('name'), _color(element, materials, report)))
+            part.error(f'<{tag}> has no <geometry> with a shape', element.where)
+        else:
+            geometry = _read_geometry(
+                holder.children[0], link.get('name'), tag, read_mesh, part)
+        left_out = report.without(part, f"<{tag}> of link '{link.get('name')}'")
+        if geometry is not None and not left_out:
+            shapes.append(LinkGeometry(geometry, origin, element.get('name'), color))
     return tuple(shapes)
 
 
@@ -95,8 +93,10 @@ def read_color(material: XmlElement, report: TextReport) -> Color | None:
     color = material.first('color')
     if color is None:
         return None
-    r, g, b, a = read_numbers(color, 'rgba', 4, report, (0.5, 0.5, 0.5, 1.0))
-    return r, g, b, a
+    part = TextReport()
+    r, g, b, a = read_numbers(color, 'rgba', 4, part, (0.5, 0.5, 0.5, 1.0))
+    return None if report.without(part, f"color of material '{material.get('name')}'") else (
+        r, g, b, a)
 
 
 def _color(element: XmlElement, materials: Mapping[str, Color], report: TextReport
@@ -124,7 +124,7 @@ def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshRead
     if kind in ('cylinder', 'capsule'):
         pair = (read_number(element, 'radius', report), read_number(element, 'length', report))
         if pair[0] is None or pair[1] is None:
-            report.error(f"<{kind}> of link '{link}' needs radius and length", element.where)
+            report.error(f'<{kind}> needs radius and length', element.where)
             return None
         if not _positive(element, (pair[0], pair[1]), report):
             return None
@@ -132,7 +132,7 @@ def _read_geometry(element: XmlElement, link: str, use: str, read_mesh: MeshRead
         return shape(pair[0], pair[1])
     if kind == 'mesh':
         return _read_mesh(element, link, use, read_mesh, report)
-    report.error(f"<{kind}> of link '{link}' is not a shape", element.where,
+    report.error(f'<{kind}> is not a shape', element.where,
                  'box, sphere, cylinder, capsule, mesh')
     return None
 
@@ -282,8 +282,8 @@ def _limits(element: XmlElement, kind: JointType, report: TextReport) -> JointLi
         lower = read_number(holder, 'lower', report, 0.0) or 0.0
         upper = read_number(holder, 'upper', report, 0.0) or 0.0
         if lower > upper:
-            report.error(f"joint '{name}' has lower {lower:g} above upper {upper:g}",
-                         holder.where)
+            report.ignored(f"joint '{name}' has lower {lower:g} above upper {upper:g}; they are "
+                           'exchanged', holder.where, 'correct its <limit>')
             lower, upper = upper, lower
         elif lower == upper:
             report.warning(f"joint '{name}' cannot move: lower and upper are both {lower:g}",
@@ -339,7 +339,7 @@ def _dynamics(joint: str, holder: XmlElement, report: TextReport) -> tuple[float
     for key in ('damping', 'friction'):
         value = read_number(holder, key, report, 0.0) or 0.0
         if value < 0.0:
-            report.error(f"{key} of joint '{joint}' is {value:g}", holder.where,
-                         'a number not below 0')
+            report.ignored(f"{key} of joint '{joint}' is {value:g}; it is taken as 0",
+                           holder.where, 'give a number not below 0')
         values.append(max(value, 0.0))
     return values[0], values[1]

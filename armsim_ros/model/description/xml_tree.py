@@ -76,6 +76,19 @@ class TextReport:
         """Note what has no effect here."""
         self.problems.append(Problem(what, where, severity=Severity.INFO))
 
+    def without(self, part: TextReport, what: str) -> bool:
+        """
+        Take over what was found in a part that upstream leaves out where it has an error.
+
+        :param what: the part, such as "<visual> of link 'a'".
+        :returns: whether it is left out.
+        """
+        for problem in part.problems:
+            if problem.severity is Severity.ERROR:
+                problem = ignored(replace(problem, what=f'{problem.what}; {what} is left out'))
+            self.problems.append(problem)
+        return bool(part.errors)
+
     def join_equal(self, link: str, links: str) -> None:
         """
         Join problems that differ only in their link.

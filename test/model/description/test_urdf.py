@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from armsim_ros.errors import ModelError
+from armsim_ros.errors import ModelError, Severity
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.geometry import Box, Capsule, Cylinder, Mesh, Sphere
 from armsim_ros.model.robot_model import JointType
@@ -120,24 +120,12 @@ WRONG = [
      "r.urdf:4:1: joint 'j' has the type 'revolut'; allowed: fixed, revolute, continuous, "
      "prismatic, floating, planar; did you mean 'revolute'?"),
     (robot(*A_B, joint('j', 'a', 'b', inside='')), "joint 'j' is revolute and has no <limit>"),
-    (robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="1" upper="0" effort="1" '
-                       'velocity="1"/>')), "joint 'j' has lower 1 above upper 0"),
     (robot(*A_B, joint('j', 'a', 'b', inside='<limit lower="1" upper="2" effort="1"/>')),
      "<limit> of joint 'j' has no 'velocity'"),
-    (robot(*A_B, joint('j', 'a', 'b', inside=LIMIT + '<mimic joint="k"/>')),
-     "r.urdf:4:1: joint 'j' mimics another: joint 'k' is not in the URDF"),
-    (robot(*A_B, joint('j', 'a', 'b', inside=LIMIT + '<mimic joint="j"/>')),
-     "joint 'j' mimics itself"),
     (robot(*A_B, joint('j', 'a', 'b', xyz='0 0 nan')),
      "<origin xyz> is '0 0 nan'; allowed: 3 finite numbers"),
     (robot(*A_B, joint('j', 'a', 'b').replace('xyz="0 0 1"', 'xyz="0 0 0"')),
      "the axis of joint 'j' has length 0"),
-    (robot(link('a', '<collision><geometry><box size="1 -1 1"/></geometry></collision>')),
-     '<box> needs sizes above 0'),
-    (robot(link('a', '<collision><geometry><cone radius="1"/></geometry></collision>')),
-     "<cone> of link 'a' is not a shape; allowed: box, sphere, cylinder, capsule, mesh"),
-    (robot(link('a', '<inertial><mass value="1"/></inertial>')),
-     "<inertial> of link 'a' has no <inertia>"),
     ('<robot name="r">\n<link name="a">\n</robot>',
      'r.urdf:3:3: this is not XML: mismatched tag; <link> of line 2 is still open there'),
     ('<sdf/>', 'r.urdf:1:1: the root element is <sdf>; allowed: <robot>'),
@@ -302,3 +290,87 @@ def test_soft_limits_are_read():
     assert (soft.lower, soft.upper, soft.k_position, soft.k_velocity) == (-0.5, 0.0, 0.0, 3.0)
     with pytest.raises(ModelError, match='k_velocity'):
         read(robot(link('a'), link('b'), text.format('k_position="3"')))
+
+
+def found_in(text):
+    """Return the content of a URDF that upstream loads, and its warnings."""
+    content = read(text, read_visual_mesh=lambda uri, scale: None)
+    assert all(one.strict for one in content.problems if one.severity is Severity.WARNING
+               and 'left out' in one.what)
+    return content, [str(one) for one in content.problems]
+
+
+@pytest.mark.parametrize(('inside', 'reason'), [
+    ('<visual><geometry/></visual>', '<visual> has no <geometry> with a shape'),
+    ('<visual><origin xyz="0 0 nan"/><geometry><box size="1 1 1"/></geometry></visual>',
+     "<origin xyz> is '0 0 nan'"),
+    ('<collision><geometry><cone radius="1"/></geometry></collision>',
+     "<cone> is not a shape; <collision> of link 'a' is left out"),
+    ('<collision><geometry><box size="1 -1 1"/></geometry></collision>',
+     '<box> needs sizes above 0'),
+    ('<collision><geometry><mesh filename=""/></geometry></collision>',
+     "<mesh> has no 'filename'"),
+    ('<visual><geometry><mesh filename="x.stl" scale="0.001"/></geometry></visual>',
+     "<mesh scale> is '0.001'"),
+    ('<inertial><mass value="1"/></inertial>',
+     "<inertial> has no <inertia ixx ixy ixz iyy iyz izz>; <inertial> of link 'a' is left out"),
+    ('<inertial><mass/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>',
+     '<inertial> has no <mass value>'),
+])
+def test_a_part_of_a_link_with_a_mistake_is_left_out(inside, reason):
+    """The rest counts, with a warning; urdfdom's model.cpp ignores the result of parseLink."""
+    sphere = '<geometry><sphere radius="0.1"/></geometry>'
+    content, warnings = found_in(robot(link(
+        'a', f'{inside}<collision>{sphere}</collision><visual>{sphere}</visual>')))
+    shapes = (*content.links['a'].collisions, *content.links['a'].visuals)
+    assert [one.geometry for one in shapes] == [Sphere(0.1), Sphere(0.1)]
+    assert any(reason in one and one.startswith('r.urdf:2:') for one in warnings), warnings
+
+
+def test_a_wrong_color_leaves_the_shape():
+    """As in urdfdom's link.cpp (parseMaterial)."""
+    content = read(robot(link('a', (
+        '<visual><geometry><sphere radius="0.1"/></geometry><material name="m">'
+        '<color rgba="1 0 0"/></material></visual>'))))
+    assert content.links['a'].visuals[0].rgba is None
+
+
+MIMIC_CHAIN = (*A_B, link('c'))
+
+
+@pytest.mark.parametrize(('leader', 'reason'), [
+    ('nobody', "joint 'nobody' is not in the URDF"), ('k', "joint 'k' is fixed")])
+def test_a_joint_that_cannot_follow_is_free(leader, reason):
+    """Of an unknown joint, or one without a variable (robot_model.cpp: buildMimic)."""
+    content, warnings = found_in(robot(
+        *MIMIC_CHAIN, joint('j', 'a', 'b', inside=LIMIT + f'<mimic joint="{leader}"/>'),
+        joint('k', 'b', 'c', 'fixed', '')))
+    assert content.joints['j'].mimic is None
+    assert any(f"r.urdf:5:1: <mimic> of joint 'j' is left out: {reason}" in one
+               for one in warnings), warnings
+
+
+def test_joints_that_mimic_each_other_are_free():
+    """All <mimic> of the robot are left out (robot_model.cpp: buildMimic)."""
+    content, warnings = found_in(robot(
+        *MIMIC_CHAIN, link('d'), joint('j', 'a', 'b', inside=LIMIT + '<mimic joint="k"/>'),
+        joint('k', 'b', 'c', inside=LIMIT + '<mimic joint="j"/>'),
+        joint('l', 'c', 'd', inside=LIMIT + '<mimic joint="j"/>')))
+    assert [one.mimic for one in content.joints.values()] == [None, None, None]
+    assert any('joints mimic each other (j -> k -> j)' in one for one in warnings), warnings
+
+
+def test_limits_the_wrong_way_round_are_exchanged():
+    """With a warning; MoveIt finds no valid state between them."""
+    content, warnings = found_in(robot(*A_B, joint(
+        'j', 'a', 'b', inside='<limit lower="1" upper="-1" effort="1" velocity="1"/>')))
+    assert (content.joints['j'].limits.lower, content.joints['j'].limits.upper) == (-1.0, 1.0)
+    assert any("joint 'j' has lower 1 above upper -1" in one for one in warnings)
+
+
+def test_damping_below_zero_is_none():
+    """A joint would gain speed by itself."""
+    content, warnings = found_in(robot(*A_B, joint(
+        'j', 'a', 'b', inside=LIMIT + '<dynamics damping="-1" friction="0.1"/>')))
+    assert (content.joints['j'].damping, content.joints['j'].friction) == (0.0, 0.1)
+    assert any("damping of joint 'j' is -1" in one for one in warnings)
