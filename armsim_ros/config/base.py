@@ -275,9 +275,9 @@ def _refine(node: YamlNode, path: Sequence[str | int], text: str) -> list[str | 
         if len(known) == len(steps) and node.locate(known) is not None:
             return known
     above = [*path, key] if key else [*path]
-    parent, steps = node.find(above)
+    parent, found = node.find(above)
     places = [place for place, item in enumerate(parent.items) if item.value == word]
-    return [*above[:steps], places[0]] if places else None
+    return [*above[:found], places[0]] if places else None
 
 
 def keys_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ...]:

@@ -300,8 +300,9 @@ class RobotModel:
     def parent_frame(self) -> str:
         """The frame outside of the robot that a virtual joint ties it to, '' for none."""
         virtual = self.semantic.virtual_joint
-        tied = virtual is not None and virtual.child_link == self.root_link
-        return virtual.parent_frame if tied and virtual.parent_frame not in self.links else ''
+        if virtual is None or virtual.child_link != self.root_link:
+            return ''
+        return '' if virtual.parent_frame in self.links else virtual.parent_frame
 
     @cached_property
     def parent_joint(self) -> dict[str, str]:

@@ -122,12 +122,12 @@ class JointModelGroup:
         :raises RuntimeError: the group has no end effector, or several.
         """
         links = sorted({each.parent_link for each in self._robot.semantic.end_effectors.values()
-                        if each.parent_group == self._name})
+                        if each.group != self._name and each.parent_link in self._group.links})
         if len(links) != 1:
             raise RuntimeError(
                 f"group '{self._name}' has {len(links)} end effectors "
-                f'({", ".join(links) or "none"}); exactly one end_effector of the SRDF needs '
-                f"parent_group '{self._name}'")
+                f'({", ".join(links) or "none"}); exactly one link of the group has to be the '
+                'parent_link of an end_effector of the SRDF')
         return links[0]
 
     def satisfies_position_bounds(self, values: ArrayLike, margin: float = 0.0) -> bool:

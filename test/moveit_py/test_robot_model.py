@@ -6,7 +6,9 @@ import math
 
 import pytest
 
+from armsim_ros.config.robot_folder import find_files
 from armsim_ros.errors import PlanningError
+from armsim_ros.moveit_py.robot_model import RobotModel
 
 pytestmark = pytest.mark.statement('C2')
 
@@ -53,8 +55,16 @@ def test_the_end_effector_is_the_link_that_carries_it(model):
     """Only a group with exactly one has a name for it."""
     assert model.get_joint_model_group('panda_arm').eef_name == 'panda_link8'
     assert [each.name for each in model.end_effectors] == ['hand']
-    with pytest.raises(RuntimeError, match='parent_group'):
+    with pytest.raises(RuntimeError, match='parent_link'):
         model.get_joint_model_group('hand').eef_name  # noqa: B018
+
+
+def test_every_group_with_the_parent_link_has_the_end_effector():
+    """Whichever is its parent_group (robot_model.cpp: buildGroupsInfoEndEffectors)."""
+    files = find_files('ROBOT')
+    model = RobotModel(urdf_xml_path=str(files.urdf_file), srdf_xml_path=str(files.srdf_file))
+    for name in ('arm', 'arm_and_gripper'):
+        assert model.get_joint_model_group(name).eef_name == 'l6'
 
 
 def test_model_info_names_all(model):

@@ -9,13 +9,7 @@ import math
 
 from armsim_ros.errors import Location, nearest, Problem
 from armsim_ros.model.description.srdf_groups import GroupBuilder
-from armsim_ros.model.description.xml_tree import (
-    parse_xml,
-    read_name,
-    TextReport,
-    unknown,
-    XmlElement,
-)
+from armsim_ros.model.description.xml_tree import parse_xml, TextReport, unknown, XmlElement
 from armsim_ros.model.robot_model import Joint, Link
 from armsim_ros.model.semantic_model import EndEffector, PlanningGroup, SemanticModel, VirtualJoint
 
@@ -132,11 +126,13 @@ class _Reader:
     def _groups(self) -> dict[str, PlanningGroup]:
         elements: dict[str, XmlElement] = {}
         for element in self._root.all('group'):
-            name = read_name(element, 'name', self._report)
-            if name in elements:
+            name = element.get('name')
+            if not name:
+                self._report.ignored("<group> has no 'name'; it is left out", element.where)
+            elif name in elements:
                 self._report.warning(
                     f"planning group '{name}' is defined twice; the first is used", element.where)
-            elif name:
+            else:
                 elements[name] = element
                 self._places[f'group {name}'] = element.where
         return GroupBuilder(self._joints, self._report).build(elements)
@@ -211,24 +207,27 @@ class _Reader:
     def _parent_group(self, element: XmlElement, groups: Mapping[str, PlanningGroup],
                       group: str, link: str) -> str:
         """Return the group that carries an end effector: the named group, else the smallest."""
-        own = set(groups[group].joints)
-        fitting = {name: candidate for name, candidate in groups.items()
-                   if link in candidate.links and not own & set(candidate.joints)}
+        fitting = [name for name in sorted(groups) if name != group and link in groups[name].links]
         named = element.get('parent_group')
         if named in fitting:
             return named
         if named:
             self._report.warning(
                 f"end effector '{element.get('name')}': parent group '{named}' does not contain "
-                f"'{link}', or shares joints with '{group}'", element.where)
-        return min(fitting, key=lambda name: len(fitting[name].joints), default='')
+                f"'{link}', or is its own", element.where)
+        return min(fitting, key=lambda name: len(groups[name].joints), default='')
 
     def _virtual_joint(self) -> VirtualJoint | None:
         for element in self._root.all('virtual_joint'):
-            name, kind = element.get('name'), element.get('type')
+            name, kind = element.get('name'), element.get('type').lower()
             child = element.get('child_link')
-            if kind not in _VIRTUAL_TYPES:
-                self._report.warning(f"virtual joint '{name}' is left out: its type is '{kind}'",
+            if kind and kind not in _VIRTUAL_TYPES:
+                self._report.warning(f"virtual joint '{name}' is taken as fixed: its type is "
+                                     f"'{kind}'", element.where,
+                                     'use one of ' + ', '.join(_VIRTUAL_TYPES))
+                kind = 'fixed'
+            if not kind:
+                self._report.warning(f"virtual joint '{name}' is left out: it has no type",
                                      element.where, 'use one of ' + ', '.join(_VIRTUAL_TYPES))
             elif child != self._root_link:
                 self._report.warning(

@@ -80,8 +80,11 @@ class GroupBuilder:
                                      element.where, hint)
                 return set()
         up_from_tip, up_from_base = self._way_up(tip), self._way_up(base)
-        # What both ways share lies above their common link and is not part of the chain.
-        return set(up_from_tip) ^ set(up_from_base)
+        # What both ways share lies above their common link and is not part of the chain, but for
+        # its first joint where the base is not above the tip: robot_model.cpp, addJointModelGroup.
+        shared = [joint for joint in up_from_base if joint in up_from_tip]
+        straight = len(shared) == len(up_from_base)
+        return (set(up_from_tip) ^ set(up_from_base)).union([] if straight else shared[:1])
 
     def _way_up(self, link: str) -> list[str]:
         way = []

@@ -48,7 +48,8 @@ def read_inertial(link: XmlElement, report: TextReport) -> Inertial | None:
     element = link.first('inertial')
     if element is None:
         return None
-    part, values = TextReport(), []
+    part = TextReport()
+    values: list[float] = []
     for tag, keys in (('mass', ('value',)), ('inertia', _INERTIA_KEYS)):
         holder = element.first(tag)
         absent = [key for key in keys if holder is None or key not in holder.attributes]
@@ -74,7 +75,8 @@ def read_shapes(link: XmlElement, tag: str, materials: Mapping[str, Color],
     """
     shapes = []
     for element in link.all(tag):
-        part, geometry = TextReport(), None
+        part = TextReport()
+        geometry: Geometry | None = None
         origin, color = read_origin(element, part), _color(element, materials, part)
         holder = element.first('geometry')
         if holder is None or not holder.children:

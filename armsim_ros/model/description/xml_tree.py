@@ -260,14 +260,6 @@ def read_number(element: XmlElement, name: str, report: TextReport,
     return values[0] if values else default
 
 
-def read_name(element: XmlElement, attribute: str, report: TextReport) -> str:
-    """Return an attribute that must be there; an error is reported and gives ''."""
-    name = element.get(attribute)
-    if not name:
-        report.error(f"<{element.tag}> has no '{attribute}'", element.where)
-    return name
-
-
 def unknown(kind: str, name: str, known: tuple[str, ...]) -> tuple[str, str]:
     """Return the message about an unknown name: the error, and a hint."""
     return f"{kind} '{name}' is not in the URDF", nearest(name, known)

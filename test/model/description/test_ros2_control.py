@@ -5,7 +5,7 @@
 import pytest
 from ros2_control_tags import INITIAL, joint, mistakes, said, start, STATES
 
-from armsim_ros.errors import ConfigError, Severity
+from armsim_ros.errors import Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.sim.control_loop import ControlLoop

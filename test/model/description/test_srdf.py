@@ -44,9 +44,13 @@ def test_a_gripper(make_model):
 
 
 def test_a_chain_across_the_tree(make_model):
-    """A chain may go up from its base and down to its tip."""
+    """
+    A chain may go up from its base and down to its tip.
+
+    The joint above the common link is in it (robot_model.cpp: addJointModelGroup).
+    """
     model, _ = make_model('<group name="g"><chain base_link="left" tip_link="right"/></group>')
-    assert model.group('g').joints == ('finger_1', 'finger_2')
+    assert model.group('g').joints == ('to_tool', 'finger_1', 'finger_2')
 
 
 ARM = '<group name="arm"><chain base_link="base" tip_link="tool"/></group>'
@@ -114,6 +118,24 @@ def test_the_parent_group_of_an_end_effector(make_model):
     assert model.semantic.end_effectors['f'].parent_group == 'arm'
 
 
+def test_the_named_parent_group_may_contain_the_hand(make_model):
+    """Any group with the parent link but the hand's own (buildGroupsInfoEndEffectors)."""
+    model, warnings = make_model(
+        ARM, HAND, '<group name="all"><group name="arm"/><group name="hand"/></group>',
+        '<end_effector name="e" parent_link="tool" group="hand" parent_group="all"/>')
+    assert model.semantic.end_effectors['e'].parent_group == 'all'
+    assert warnings == []
+
+
+def test_of_equal_parent_groups_the_first_by_name_carries_the_hand(make_model):
+    """The groups are compared by name (buildGroupsInfoEndEffectors)."""
+    model, _ = make_model(
+        HAND, '<group name="wrist"><link name="tool"/></group>',
+        '<group name="end"><link name="tool"/></group>',
+        '<end_effector name="e" parent_link="tool" group="hand"/>')
+    assert model.semantic.end_effectors['e'].parent_group == 'end'
+
+
 @pytest.mark.parametrize(('kind', 'frame'), [
     ('fixed', 'base'), ('planar', 'world'), ('floating', 'world')])
 def test_the_model_frame_with_a_virtual_joint(make_model, kind, frame):
@@ -121,6 +143,23 @@ def test_the_model_frame_with_a_virtual_joint(make_model, kind, frame):
     model, _ = make_model(f'<virtual_joint name="v" type="{kind}" parent_frame="world" '
                           'child_link="base"/>', ARM)
     assert (model.model_frame, model.parent_frame) == (frame, 'world')
+
+
+@pytest.mark.parametrize(('written', 'kind', 'warnings'), [
+    ('Floating', 'floating', 0), ('slider', 'fixed', 1)])
+def test_the_type_of_a_virtual_joint(make_model, written, kind, warnings):
+    """Capital letters do not matter; an unknown type is fixed (srdfdom: loadVirtualJoints)."""
+    model, said = make_model(f'<virtual_joint name="v" type="{written}" parent_frame="world" '
+                             'child_link="base"/>', ARM)
+    assert model.semantic.virtual_joint.type == kind
+    assert len(said) == warnings
+
+
+def test_a_group_without_a_name_is_left_out(make_model):
+    """The others count, with a warning (srdfdom: loadGroups)."""
+    model, said = make_model(ARM, '<group><joint name="j1"/></group>')
+    assert list(model.semantic.groups) == ['arm']
+    assert said == ["r.srdf:3:1: <group> has no 'name'; it is left out"]
 
 
 def test_a_virtual_joint_to_another_link_is_left_out(make_model):
