@@ -167,6 +167,11 @@ class Gate:
         self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
+    @property
+    def connections(self) -> int:
+        """How many connections are open."""
+        return self._open
+
     async def open(self, address: str, port: int, context: ssl.SSLContext | None) -> int:
         """
         Open the port and return its number.

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import cache, partial
 import json
+import re
 from typing import Any
 
 import foxglove
@@ -17,11 +17,11 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.bridge.incoming import serialized
-from armsim_ros.nodes.bridge.interfaces import load
+from armsim_ros.nodes.bridge.interfaces import load, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.parameters import Parameters, plain_value
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.publishers import profile
-from armsim_ros.nodes.bridge.settings import Permissions
 from armsim_ros.recording.message_definitions import text_definition
 from armsim_ros.resources import share_folder
 
@@ -31,15 +31,22 @@ _PATIENCE = 60.0
 _DEPTH = 100
 #: Of schemas, which are the full text of definitions.
 ENCODING = 'ros2msg'
+#: Of what clients publish.
+ENCODINGS = ('cdr', 'json')
 
 Key = tuple[int, int]
 
 
 class Commands:
-    """Publishers of clients, and the services of the graph."""
+    """
+    Publishers of clients, and the services of the graph.
 
-    def __init__(self, link: BridgeLink, permissions: Permissions) -> None:
-        self._link, self._permissions = link, permissions
+    :param report: shows clients why something was not done.
+    """
+
+    def __init__(self, link: BridgeLink, permissions: Permissions,
+                 report: Callable[[str], None]) -> None:
+        self._link, self._permissions, self._report = link, permissions, report
         self._publishers: dict[Key, tuple[type[Any], str, Any]] = {}
         self._services: dict[str, str] = {}
 
@@ -49,12 +56,15 @@ class Commands:
             self.unadvertise(key)
 
     def advertise(self, key: Key, topic: str, type_name: str, encoding: str) -> None:
-        """Make the publisher of a client's channel."""
+        """Make the publisher of a client's channel; why there is none is reported."""
         try:
+            if encoding not in ENCODINGS:
+                raise RefusalError(f"unknown encoding '{encoding[:200]}'; allowed: "
+                                   f'{", ".join(ENCODINGS)}')
             kind, name = load(type_name, 'msg'), self._link.expand(topic)
-            self._permissions.check('publish', 'topic', name)
+            self._permissions.check('publish', 'client_topic', name)
         except ArmsimError as error:
-            self._link.node.get_logger().warning(f'foxglove: {topic}: {error}')
+            self._report(f'{topic[:200]} is not published: {error}')
             return
         publisher = self._link.node.create_publisher(kind, name, profile())
         self._publishers[key] = kind, encoding, publisher
@@ -66,7 +76,7 @@ class Commands:
             self._link.in_thread(lambda: self._link.node.destroy_publisher(found[2]))
 
     def publish(self, key: Key, data: bytes) -> None:
-        """Publish what a client has sent; what does not fit is logged."""
+        """Publish what a client has sent; what does not fit is reported."""
         found = self._publishers.get(key)
         if found is None:
             return
@@ -76,7 +86,7 @@ class Commands:
                 serialized(kind, json.loads(data), self._link.now) if encoding == 'json'
                 else deserialize_message(data, kind))
         except Exception as error:  # noqa: BLE001 - no message may end the server
-            self._link.node.get_logger().warning(f'foxglove: {publisher.topic_name}: {error}')
+            self._report(f'{publisher.topic_name}: a message is dropped: {error}')
 
     def renew(self, server: Any, services: Mapping[str, str]) -> None:
         """Let the services of the server be those of the graph."""
@@ -105,7 +115,7 @@ class Commands:
 
 class SharedParameters:
     """
-    The parameters ``node:name`` that clients see.
+    The parameters that clients see, as ``node.name``; ``node:name`` is understood, too.
 
     :param parameters: of all nodes.
     :param publish: sends values to the clients that follow them.
@@ -121,17 +131,20 @@ class SharedParameters:
 
     async def read(self, names: list[str]) -> list[Any]:
         """Return parameters, all where no names are given."""
-        found = []
-        for name in names or await self._parameters.names():
-            with suppress(ArmsimError):
-                found.append(foxglove.Parameter(name, value=await self._parameters.value(name)))
-        return found
+        if names:
+            found = await self._parameters.values(map(_with_colon, names))
+            named = {name: found[plain] for name in names if (plain := _with_colon(name)) in found}
+        else:
+            named = {name.replace(':', '.', 1): value
+                     for name, value in (await self._parameters.all_values()).items()}
+        return [foxglove.Parameter(name, value=value) for name, value in named.items()]
 
     async def write(self, changed: list[Any]) -> None:
         """Set parameters; what a node does not take is reported."""
         for parameter in changed:
             try:
-                await self._parameters.set_value(parameter.name, parameter.get_value())
+                await self._parameters.set_value(
+                    _with_colon(parameter.name), parameter.get_value())
             except ArmsimError as error:
                 self._report(f'{parameter.name}: {error}')
 
@@ -152,9 +165,15 @@ class SharedParameters:
     def _changed(self, event: ParameterEvent) -> None:
         values = [foxglove.Parameter(name, value=plain_value(parameter.value))
                   for parameter in (*event.new_parameters, *event.changed_parameters)
-                  if (name := f'{event.node}:{parameter.name}') in self._followed]
+                  for name in (f'{event.node}.{parameter.name}', f'{event.node}:{parameter.name}')
+                  if name in self._followed]
         if values:
             self._publish(values)
+
+
+def _with_colon(name: str) -> str:
+    """Return a parameter's name as ``node:name``; the name itself may have dots and colons."""
+    return re.sub('[.:]', ':', name, count=1)
 
 
 @cache

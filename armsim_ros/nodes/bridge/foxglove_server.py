@@ -10,18 +10,31 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache, partial
 import secrets
-import time
 import traceback
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 import foxglove
 from foxglove.websocket import Capability, ServerListener
-from rclpy.qos import QoSDurabilityPolicy
+from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
 
 from armsim_ros.errors import ArmsimError
 from armsim_ros.nodes.access import Gate
-from armsim_ros.nodes.bridge.foxglove_commands import Commands, ENCODING, SharedParameters
+from armsim_ros.nodes.bridge.foxglove_commands import (
+    Commands,
+    ENCODING,
+    ENCODINGS,
+    SharedParameters,
+)
+from armsim_ros.nodes.bridge.foxglove_rules import (
+    ASSETS,
+    CLIENT_PUBLISH,
+    CONNECTION_GRAPH,
+    FoxgloveRules,
+    PARAMETERS,
+    PARAMETERS_SUBSCRIBE,
+    SERVICES,
+)
 from armsim_ros.nodes.bridge.graph_view import GraphView
 from armsim_ros.nodes.bridge.interfaces import load
 from armsim_ros.nodes.bridge.link import BridgeLink
@@ -29,17 +42,24 @@ from armsim_ros.nodes.bridge.package_files import PackageFiles
 from armsim_ros.nodes.bridge.parameters import Parameters
 from armsim_ros.nodes.bridge.publications import Publications
 from armsim_ros.nodes.bridge.server import bridge_rules, bridge_url, tls
-from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
+from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.bridge.topic_reader import Batch, TopicReader
 from armsim_ros.nodes.ports import ServingError
 from armsim_ros.recording.message_definitions import message_definition
 
 #: How often changes of the graph are noticed [s].
 _RENEWAL = 0.5
+#: How often simulated time is sent while it moves and a client is connected [s].
+_TICK = 1 / 60
 #: How long the SDK's threads wait for an answer of the graph [s].
 _PATIENCE = 3.0
 #: Foxglove's own pages, and its program for desktops, whose origin is that of any local file.
 _APP, _DESKTOP = ('https://app.foxglove.dev', 'https://studio.foxglove.dev'), 'file://'
+#: Capabilities of the SDK, and those of foxglove_bridge that need them.
+_CAPABILITIES = (
+    (Capability.ClientPublish, {CLIENT_PUBLISH}), (Capability.Services, {SERVICES}),
+    (Capability.ConnectionGraph, {CONNECTION_GRAPH}),
+    (Capability.Parameters, {PARAMETERS, PARAMETERS_SUBSCRIBE}))
 #: The reader of topics that are recorded in any case.
 _RECORDING = 'mcap'
 
@@ -62,16 +82,16 @@ class FoxgloveServer(ServerListener):
     The SDK checks no Host, Origin or token. So it listens at a random loopback address, which no
     page can find, and a gate with the rules of the bridge passes connections on to it.
 
-    :param settings: with the port, and what clients may do.
+    :param settings: of the port and the recording.
+    :param rules: what clients may do.
     :param token: what a client must bring; '' admits all.
     """
 
-    def __init__(self, link: BridgeLink, settings: BridgeSettings, token: str,
-                 files: PackageFiles) -> None:
+    def __init__(self, link: BridgeLink, settings: BridgeSettings, rules: FoxgloveRules,
+                 token: str, files: PackageFiles) -> None:
         self._link, self._settings, self._token, self._files = link, settings, token, files
-        self._permissions = Permissions.of(settings)
-        self._graph = GraphView(link, self._permissions)
-        self._controls = settings.foxglove == 'control'
+        self._rules, self._permissions = rules, rules.permissions
+        self._graph = GraphView(link, rules.permissions, include_hidden=rules.include_hidden)
         self._port = settings.foxglove_port
         self._gate: Gate | None = None
         self._recording: Any = None
@@ -79,13 +99,13 @@ class FoxgloveServer(ServerListener):
         self._topics: dict[str, Topic] = {}
         self._shows_graph = False
         self._server: Any = None
-        self._commands = Commands(link, self._permissions)
-        self._renewal: asyncio.Task[None] | None = None
+        self._commands = Commands(link, rules.permissions, self._report)
+        self._tasks: list[asyncio.Task[None]] = []
         self._reader = TopicReader(link, self._deliver)
         self._parameters = SharedParameters(
-            link, Parameters(link, settings.params_glob),
-            lambda values: self._server.publish_parameter_values(values),
-            lambda text: self._server.publish_status(text, foxglove.StatusLevel.Error))
+            link, Parameters(link, rules.permissions.parameters,
+                             ignores_silent=rules.ignores_silent_nodes),
+            lambda values: self._server.publish_parameter_values(values), self._report)
 
     @property
     def url(self) -> str:
@@ -104,32 +124,32 @@ class FoxgloveServer(ServerListener):
                 self._recording = foxglove.open_mcap(settings.mcap, context=self._context)
             except OSError as error:
                 raise ServingError(f'mcap {settings.mcap} cannot be written: {error}') from None
-        capabilities = [Capability.ConnectionGraph, Capability.Parameters]
+        capabilities = [capability for capability, names in _CAPABILITIES
+                        if names & self._rules.capabilities]
         if self._uses_sim_time():
             capabilities.append(Capability.Time)
-        if self._controls:
-            capabilities += [Capability.ClientPublish, Capability.Services]
         host = f'127.{_byte()}.{_byte()}.{_byte()}'
         self._server = foxglove.start_server(
             name='armsim', host=host, port=0,
-            capabilities=capabilities, supported_encodings=['cdr', 'json'],
-            server_listener=self, asset_handler=self._asset,
+            capabilities=capabilities, supported_encodings=list(ENCODINGS),
+            server_listener=self, asset_handler=self._asset if self._can(ASSETS) else None,
             context=self._context)
         rules = bridge_rules(settings, self._token, self._port,
-                             origins=_APP if self._controls else (*_APP, _DESKTOP))
+                             origins=_APP if self._rules.controls else (*_APP, _DESKTOP))
         self._gate = Gate(rules, (host, self._server.port), settings.max_clients)
         try:
             self._port = await self._gate.open(settings.address, self._port, tls(settings))
         except ServingError as error:
             raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
-        self._renewal = self._link.loop.create_task(self._renew())
+        self._tasks = [self._link.loop.create_task(work)
+                       for work in (self._renew(), self._follow_time())]
 
     def close(self) -> None:
         """Close the port and all subscriptions."""
         if self._gate is not None:
             self._gate.close()
-        if self._renewal is not None:
-            self._renewal.cancel()
+        for task in self._tasks:
+            task.cancel()
         self._reader.close()
         self._commands.close()
         if self._server is not None:
@@ -148,18 +168,21 @@ class FoxgloveServer(ServerListener):
     def on_get_parameters(self, client: Any, param_names: list[str],
                           request_id: str | None = None) -> list[Any]:
         """Return parameters, all where no names are given."""
+        if not self._can(PARAMETERS):
+            return []
         return self._wait(self._parameters.read(param_names)) or []
 
     def on_set_parameters(self, client: Any, parameters: list[Any],
                           request_id: str | None = None) -> list[Any]:
         """Set parameters where that is allowed, and return what they are then."""
-        if self._controls:
+        if self._rules.sets_parameters:
             self._wait(self._parameters.write(parameters))
         return self.on_get_parameters(client, [each.name for each in parameters])
 
     def on_parameters_subscribe(self, param_names: list[str]) -> None:
         """Publish these parameters as they change."""
-        self._link.schedule(partial(self._parameters.follow, param_names))
+        if self._can(PARAMETERS_SUBSCRIBE):
+            self._link.schedule(partial(self._parameters.follow, param_names))
 
     def on_parameters_unsubscribe(self, param_names: list[str]) -> None:
         """Publish these parameters no more."""
@@ -175,7 +198,7 @@ class FoxgloveServer(ServerListener):
 
     def on_client_advertise(self, client: Any, channel: Any) -> None:
         """Make a publisher."""
-        if self._controls:
+        if self._can(CLIENT_PUBLISH):
             self._link.schedule(partial(
                 self._commands.advertise, (client.id, channel.id), channel.topic,
                 channel.schema_name, channel.encoding))
@@ -201,13 +224,15 @@ class FoxgloveServer(ServerListener):
         if topic.readers:
             topic.readers.add(reader)
             for content in topic.publications.latched():
-                topic.channel.log(content, log_time=time.time_ns())
+                topic.channel.log(content, log_time=self._now())
             return
         try:
             kind = load(topic.type_name, 'msg')
         except ArmsimError:
             return
         profile = self._link.matching_profile(name)
+        if self._rules.best_effort.allows(name):
+            profile.reliability = QoSReliabilityPolicy.BEST_EFFORT
         topic.readers.add(reader)
         topic.is_latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
         self._reader.add(name, kind, name, profile)
@@ -222,10 +247,14 @@ class FoxgloveServer(ServerListener):
                 self._reader.remove(name)
 
     def _asset(self, uri: str) -> bytes | None:
-        parts = urlsplit(uri)
-        if parts.scheme != 'package':
+        try:
+            parts = urlsplit(uri)
+        except ValueError:
             return None
-        found: bytes | None = self._wait(self._files.read(parts.netloc, parts.path.lstrip('/')))
+        if parts.scheme != 'package' or not self._rules.assets.allows(uri):
+            return None
+        found: bytes | None = self._wait(self._files.read(
+            unquote(parts.netloc), unquote(parts.path.lstrip('/'))))
         return found
 
     def _wait(self, work: Any) -> Any:
@@ -266,15 +295,24 @@ class FoxgloveServer(ServerListener):
                     context=self._context))
                 if any(fnmatchcase(name, pattern) for pattern in self._settings.mcap_topics):
                     self._subscribe(name, _RECORDING)
-        if self._controls:
+        if self._can(SERVICES):
             self._commands.renew(self._server, {
                 name: type_name for name, type_name in self._graph.services().items()
                 if self._permissions.allows('call_service', 'service', name)})
-        if self._shows_graph:
+        if self._shows_graph and self._can(CONNECTION_GRAPH):
             self._server.publish_connection_graph(self._connections())
         if self._uses_sim_time():
-            seconds, nanoseconds = self._link.now()
-            self._server.broadcast_time(seconds * 10**9 + nanoseconds)
+            self._server.broadcast_time(self._now())
+
+    async def _follow_time(self) -> None:
+        """Send simulated time to clients as it moves."""
+        sent = 0
+        while True:
+            await asyncio.sleep(_TICK if self._gate is not None and self._gate.connections
+                                else _RENEWAL)
+            if self._uses_sim_time() and (now := self._now()) != sent:
+                self._server.broadcast_time(now)
+                sent = now
 
     def _connections(self) -> Any:
         """Return the nodes at both ends of each topic, and those that serve each service."""
@@ -292,7 +330,7 @@ class FoxgloveServer(ServerListener):
         return graph
 
     def _deliver(self, batch: Batch) -> None:
-        now = time.time_ns()
+        now = self._now()
         for name, message in batch:
             topic = self._topics.get(name)
             if topic is not None:
@@ -300,6 +338,19 @@ class FoxgloveServer(ServerListener):
                 if topic.is_latched:
                     topic.publications.latch(message, content)
                 topic.channel.log(content, log_time=now)
+
+    def _can(self, capability: str) -> bool:
+        return capability in self._rules.capabilities
+
+    def _report(self, text: str) -> None:
+        """Log an error, and show it to all clients."""
+        self._link.node.get_logger().warning(f'foxglove: {text}')
+        self._server.publish_status(text, foxglove.StatusLevel.Error)
+
+    def _now(self) -> int:
+        """Return the time of the ROS clock [ns]."""
+        seconds, nanoseconds = self._link.now()
+        return seconds * 10**9 + nanoseconds
 
     def _uses_sim_time(self) -> bool:
         return bool(self._link.node.get_parameter('use_sim_time').value)

@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink, Types
-from armsim_ros.nodes.bridge.settings import Permissions
+from armsim_ros.nodes.bridge.permissions import Permissions
 
 
 class GraphView:
@@ -17,10 +17,14 @@ class GraphView:
     Names that are not hidden and match the patterns of the arguments.
 
     Actions are not hidden, though the names of their topics and services are.
+
+    :param include_hidden: hidden names, too.
     """
 
-    def __init__(self, link: BridgeLink, permissions: Permissions) -> None:
+    def __init__(self, link: BridgeLink, permissions: Permissions, *,
+                 include_hidden: bool = False) -> None:
         self._link, self._permissions = link, permissions
+        self._include_hidden = include_hidden
 
     def topics(self) -> dict[str, str]:
         """Return the topics with a type each."""
@@ -52,11 +56,11 @@ class GraphView:
 
     def nodes(self) -> list[str]:
         """Return the full names of the nodes."""
-        return [node for node in self._link.nodes() if not is_hidden(node)]
+        return [node for node in self._link.nodes() if self._is_visible(node)]
 
     def node_details(self, node: str) -> list[list[str]]:
         """Return what a node subscribes to, what it publishes, and what it serves."""
-        if is_hidden(node):
+        if not self._is_visible(node):
             return [[], [], []]
         return [[name for name in names if self._shows(kind, name)]
                 for kind, names in zip(('topic', 'topic', 'service'),
@@ -65,16 +69,19 @@ class GraphView:
     def providers(self, services: Iterable[str]) -> list[str]:
         """Return the nodes that serve one of these services."""
         full = self._shown('service', services)
-        return [node for node in self._link.providers(full) if not is_hidden(node)]
+        return [node for node in self._link.providers(full) if self._is_visible(node)]
 
     def ends(self, topic: str, *, publish: bool) -> list[str]:
         """Return the nodes that publish a topic, or subscribe to it."""
         return [node for name in self._shown('topic', [topic])
-                for node in self._link.ends(name, publish=publish) if not is_hidden(node)]
+                for node in self._link.ends(name, publish=publish) if self._is_visible(node)]
 
     def _shows(self, kind: str, name: str) -> bool:
         return self._permissions.matches(kind, name) and (
-            kind == 'action' or not is_hidden(name))
+            kind == 'action' or self._is_visible(name))
+
+    def _is_visible(self, name: str) -> bool:
+        return self._include_hidden or not is_hidden(name)
 
     def _shown(self, kind: str, names: Iterable[str]) -> list[str]:
         """Return the full names of those that clients see."""

@@ -23,8 +23,6 @@ from armsim_ros.errors import nearest
 from armsim_ros.nodes.bridge.interfaces import load, RefusalError
 from armsim_ros.nodes.polling_node import PollingNode
 
-#: The name of rosbridge_server's node, by which launch files and clients know it.
-NODE = 'rosbridge_websocket'
 #: How long an endpoint that is not in the graph yet is waited for, and how often [s].
 DISCOVERY, _PAUSE = 1.0, 0.02
 _DEPTH = 100
@@ -40,15 +38,17 @@ class BridgeLink(RosClient):
     """
     The node in its thread, seen from the thread of the sockets.
 
+    :param name: of the node where nothing renames it.
     :param ros_args: ``--ros-args`` sections.
     :param loop: of the sockets.
     """
 
-    def __init__(self, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop) -> None:
-        super().__init__(NODE, ros_args, kind=PollingNode, start_parameter_services=True)
+    def __init__(self, name: str, ros_args: Sequence[str], loop: asyncio.AbstractEventLoop
+                 ) -> None:
+        super().__init__(name, ros_args, kind=PollingNode, start_parameter_services=True)
         self.loop = loop
         #: Has the subscriptions to topics of large messages.
-        self.large = RosClient(f'_{NODE}_large', ros_args, domain=self.context.get_domain_id(),
+        self.large = RosClient(f'_{name}_large', ros_args, domain=self.context.get_domain_id(),
                                use_global_arguments=False)
         # Asked for each message that is published.
         self._expanded = lru_cache(maxsize=_MOST_NAMES)(self._expand)

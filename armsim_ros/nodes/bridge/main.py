@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 import gc
 from importlib.util import find_spec
 import sys
 
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.bridge.settings import help_text, parse_bridge_arguments
+from armsim_ros.nodes.bridge.configuration import BRIDGE, FOXGLOVE_BRIDGE, Interface
 from armsim_ros.nodes.robot_program import StopSignals
 
 #: What it is made with, all of the extra ``bridge``.
@@ -29,27 +29,27 @@ def missing_package() -> str:
 
 
 def foxglove_bridge(argv: Sequence[str]) -> int:
-    """Serve Foxglove as foxglove_bridge does; its parameter ``port`` is Foxglove's."""
-    return main(['port:=0', 'foxglove:=control', *argv],
-                {'port': 'rosbridge_port', 'foxglove_port': 'port'})
+    """Serve Foxglove alone, as foxglove_bridge does and with its parameters."""
+    return _serve(argv, FOXGLOVE_BRIDGE)
 
 
-def main(argv: Sequence[str] | None = None, renamed: Mapping[str, str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """
     Serve until SIGINT or SIGTERM.
 
     :param argv: the arguments after the program's name; those of this process where None.
-    :param renamed: argument -> its parameter, where that has another name; another bridge serves
-        rosapi then.
     :returns: 0 after a signal, 2 after a user's error.
     """
-    words = list(sys.argv[1:] if argv is None else argv)
+    return _serve(sys.argv[1:] if argv is None else argv, BRIDGE)
+
+
+def _serve(words: Sequence[str], interface: Interface) -> int:
     if {'-h', '--help'} & set(words):
-        print(help_text())
+        print(interface.help_text())
         return 0
     signals = StopSignals()
     try:
-        given, ros_args = parse_bridge_arguments(words)
+        given, ros_args = interface.parse(words)
         missing = missing_package()
         if missing:
             raise ArmsimError(MISSING.format(missing))
@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None, renamed: Mapping[str, str] | None = 
 
         if signals.stop_requested:
             return 0
-        program = BridgeProgram(given, ros_args, renamed or {})
+        program = BridgeProgram(interface, given, ros_args)
         signals.on_stop = program.stop
         gc.freeze()
         sys.setswitchinterval(_SWITCH)

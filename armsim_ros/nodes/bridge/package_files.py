@@ -22,8 +22,11 @@ from armsim_ros.packages import Packages
 PREFIX = '/package/'
 #: Ending -> kind of content; no other file is served.
 _KINDS = {
-    '.dae': 'model/vnd.collada+xml', '.stl': 'model/stl', '.obj': 'model/obj',
-    '.glb': 'model/gltf-binary', '.png': 'image/png', '.jpg': 'image/jpeg',
+    '.dae': 'model/vnd.collada+xml', '.fbx': 'application/octet-stream', '.stl': 'model/stl',
+    '.obj': 'model/obj', '.mtl': 'model/mtl', '.glb': 'model/gltf-binary',
+    '.gltf': 'model/gltf+json', '.urdf': 'application/xml', '.xacro': 'application/xml',
+    '.png': 'image/png', '.jpg': 'image/jpeg', '.jpeg': 'image/jpeg', '.webp': 'image/webp',
+    '.tif': 'image/tiff', '.tiff': 'image/tiff',
 }
 _PACKAGE = re.compile(r'(?:package|model)://([^/"\'\s<>]+)')
 _DESCRIPTION = 'robot_description'

@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Awaitable, Iterable, Mapping
+from contextlib import suppress
 import json
-from typing import Any
+from typing import Any, TypeVar
 
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
@@ -19,21 +19,27 @@ from armsim_ros.errors import nearest
 from armsim_ros.nodes.bridge.graph_view import is_hidden
 from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.permissions import NamePatterns
 
 #: How long a node may take to answer [s].
 _PATIENCE = 1.0
 _MOST_NAMES = 20
+
+T = TypeVar('T')
 
 
 class Parameters:
     """
     The parameters of all nodes.
 
-    :param patterns: those that may be used, as ``node:name`` or ``name``; none allows all.
+    :param patterns: those that may be used.
+    :param ignores_silent: whether ``all_values`` leaves out nodes that have not answered before.
     """
 
-    def __init__(self, link: BridgeLink, patterns: Sequence[str]) -> None:
-        self._link, self._patterns = link, patterns
+    def __init__(self, link: BridgeLink, patterns: NamePatterns, *, ignores_silent: bool = False
+                 ) -> None:
+        self._link, self._patterns, self._ignores_silent = link, patterns, ignores_silent
+        self._silent: set[str] = set()
 
     async def value(self, full_name: str) -> Any:
         """
@@ -82,18 +88,66 @@ class Parameters:
 
     async def names(self) -> list[str]:
         """Return all parameters of all nodes; a node that does not answer is left out."""
+        found = await self._gather({node: self._names_of(node) for node in self._nodes()})
+        return [f'{node}:{name}' for node, names in found.items() for name in names
+                if self._patterns.allows_parameter(node, name)]
+
+    async def values(self, full_names: Iterable[str]) -> dict[str, Any]:
+        """
+        Return the values of parameters by the given names; what cannot be read is left out.
+
+        All nodes are called at the same time, each once.
+        """
+        requested = dict[str, dict[str, str]]()
+        for full_name in full_names:
+            with suppress(RefusalError):
+                node, name = self._parts(full_name)
+                requested.setdefault(node, {})[name] = full_name
+        found = await self._gather({node: self._values_of(node, list(names))
+                                    for node, names in requested.items()})
+        return {requested[node][name]: value for node, values in found.items()
+                for name, value in values.items()}
+
+    async def all_values(self) -> dict[str, Any]:
+        """Return the values of all parameters of all nodes, as ``values`` does."""
+        nodes = self._nodes()
+        self._silent.intersection_update(nodes)
+        left_out = self._silent if self._ignores_silent else ()
+        found = await self._gather({node: self._all_values_of(node)
+                                    for node in nodes if node not in left_out})
+        return {f'{node}:{name}': value for node, values in found.items()
+                for name, value in values.items()}
+
+    def _nodes(self) -> list[str]:
         ending = '/list_parameters'
-        nodes = sorted(service.removesuffix(ending) for service in self._link.service_types()
-                       if service.endswith(ending) and not is_hidden(service))
-        answers = await asyncio.gather(*map(self._names_of, nodes), return_exceptions=True)
-        silent = [node for node, found in zip(nodes, answers, strict=True)
+        return sorted(service.removesuffix(ending) for service in self._link.service_types()
+                      if service.endswith(ending) and not is_hidden(service))
+
+    async def _gather(self, calls: Mapping[str, Awaitable[T]]) -> dict[str, T]:
+        """Return the answers of nodes that are called at the same time."""
+        answers = await asyncio.gather(*calls.values(), return_exceptions=True)
+        silent = [node for node, found in zip(calls, answers, strict=True)
                   if isinstance(found, BaseException)]
         if silent:
+            self._silent.update(silent)
             self._link.node.get_logger().warning(
                 f'no parameters of {", ".join(silent)}: no answer within {_PATIENCE:g} s')
-        return [f'{node}:{name}' for node, found in zip(nodes, answers, strict=True)
-                if not isinstance(found, BaseException) for name in found
-                if self._is_allowed(node, name)]
+        return {node: found for node, found in zip(calls, answers, strict=True)
+                if not isinstance(found, BaseException)}
+
+    async def _all_values_of(self, node: str) -> dict[str, Any]:
+        return await self._values_of(node, [
+            name for name in await self._names_of(node)
+            if self._patterns.allows_parameter(node, name)])
+
+    async def _values_of(self, node: str, names: list[str]) -> dict[str, Any]:
+        """Return the values that a node has."""
+        values = await self._values(node, names)
+        if len(values) < len(names) > 1:  # rclcpp returns none where one is not declared
+            values = [value for name in names
+                      for value in await self._values(node, [name]) or [ParameterValue()]]
+        return {name: plain_value(value) for name, value in zip(names, values, strict=False)
+                if value.type != ParameterType.PARAMETER_NOT_SET}
 
     async def _names_of(self, node: str) -> list[str]:
         response = await self._call(ListParameters, node, 'list_parameters',
@@ -101,9 +155,13 @@ class Parameters:
         return list(response.result.names)
 
     async def _value(self, node: str, name: str) -> Any:
+        values = await self._values(node, [name])
+        return values[0] if values else ParameterValue()
+
+    async def _values(self, node: str, names: list[str]) -> list[ParameterValue]:
         response = await self._call(GetParameters, node, 'get_parameters',
-                                    GetParameters.Request(names=[name]))
-        return response.values[0] if response.values else ParameterValue()
+                                    GetParameters.Request(names=names))
+        return list(response.values)
 
     async def _set(self, node: str, name: str, value: Any) -> None:
         request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=value)])
@@ -123,19 +181,14 @@ class Parameters:
         if not separator or not name:
             raise RefusalError(f"'{full_name[:200]}': a parameter is named node:name")
         node = self._link.expand(node)
-        if not self._is_allowed(node, name):
-            raise RefusalError(f'not allowed here: params_glob is [{", ".join(self._patterns)}]')
+        if not self._patterns.allows_parameter(node, name):
+            raise self._patterns.refusal()
         if f'{node}/get_parameters' not in self._link.service_types():
             ending = '/get_parameters'
             nodes = [each.removesuffix(ending) for each in self._link.service_types()
                      if each.endswith(ending)]
             raise RefusalError(f'no node {node}; {nearest(node, nodes)}'.rstrip('; '))
         return node, name
-
-    def _is_allowed(self, node: str, name: str) -> bool:
-        return not self._patterns or any(
-            fnmatchcase(form, pattern) for pattern in self._patterns
-            for form in (name, f'{node}:{name}'))
 
     async def _no_such(self, node: str, name: str) -> str:
         names = await self._names_of(node)

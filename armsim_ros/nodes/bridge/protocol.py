@@ -19,8 +19,8 @@ from armsim_ros.nodes.bridge.frames import parse, SMALLEST_FRAGMENT
 from armsim_ros.nodes.bridge.incoming import aside
 from armsim_ros.nodes.bridge.interfaces import Level, RefusalError
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.publishers import Publishers
-from armsim_ros.nodes.bridge.settings import Permissions
 from armsim_ros.nodes.bridge.topics import Topics
 
 _KINDS = {

@@ -37,7 +37,8 @@ from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.message_fields import fields_of, FieldType, Kind, Shape
 from armsim_ros.nodes.bridge.outgoing import values_of
 from armsim_ros.nodes.bridge.parameters import Parameters
-from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
+from armsim_ros.nodes.bridge.permissions import Permissions
+from armsim_ros.nodes.bridge.settings import BridgeSettings
 from armsim_ros.nodes.json_text import to_json
 from armsim_ros.nodes.polling_node import GuardedNode
 from armsim_ros.recording.message_definitions import message_definition
@@ -69,8 +70,9 @@ class RosApi:
     def __init__(self, link: BridgeLink, settings: BridgeSettings, *, is_shared: bool = True
                  ) -> None:
         self._link = link
-        self._graph = GraphView(link, Permissions.of(settings))
-        self._parameters = Parameters(link, settings.params_glob)
+        permissions = Permissions.of(settings)
+        self._graph = GraphView(link, permissions)
+        self._parameters = Parameters(link, permissions.parameters)
         self._since: dict[Client, dict[str, int]] = {}
         self.services: dict[str, tuple[type[Any], Respond]] = {}
         for name, answer in self._answers().items():

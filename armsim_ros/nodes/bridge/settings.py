@@ -1,17 +1,14 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bridge's arguments, which are parameters of its node, too, and what they allow."""
+"""The bridge's arguments, which are parameters of its node, too."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from fnmatch import fnmatchcase
-import re
 from typing import Any
 
 from armsim_ros.cli.arguments import FALSE_WORDS, TRUE_WORDS, UsageError
-from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.ports import read_values
 
 #: Arguments of rosbridge_server that change nothing here.
@@ -20,13 +17,8 @@ IGNORED = {
     'send_action_goals_in_new_thread': True, 'use_compression': False,
     'retry_startup_delay': 5.0, 'bson_only_mode': False,
 }
-#: Operations that change something, or may.
-_CHANGING = {'publish', 'advertise', 'advertise_service', 'advertise_action', 'send_action_goal',
-             'cancel_action_goal'}
-#: Services that only read, by the last part of their name; in rosapi, all but these.
-_READING = re.compile(r'(get|list|describe)_\w+')
-_ROSAPI = '/rosapi/'
-_ROSAPI_CHANGING = ('set_param', 'delete_param', 'set_parameters', 'set_parameters_atomically')
+#: Name -> default and meaning.
+Arguments = dict[str, tuple[Any, str]]
 
 
 def _setting(default: Any, text: str) -> Any:
@@ -76,20 +68,21 @@ class BridgeSettings:
     near: str = _setting('', 'files of the robot; packages around them are found, too')
 
 
-#: Name -> default and what it means; a list is text on the command line.
-_TABLE: dict[str, tuple[Any, str]] = {
+#: A list is text on the command line.
+ARGUMENTS: Arguments = {
     each.name: ('' if each.default == () else each.default, each.metadata['text'])
     for each in fields(BridgeSettings)}
 
 
-def help_text() -> str:
+def help_text(program: str = 'bridge',
+              about: str = 'rosbridge v2, rosapi and Foxglove: the robot for clients without ROS',
+              arguments: Arguments = ARGUMENTS) -> str:
     """Return the text of ``--help``."""
-    width = max(map(len, _TABLE)) + len(':=VALUE')
+    width = max(map(len, arguments)) + len(':=VALUE')
     rows = [f'  {name + ":=VALUE":<{width}}  {text} (default: {_word(default)})'
-            for name, (default, text) in _TABLE.items()]
+            for name, (default, text) in arguments.items()]
     return '\n'.join([
-        'usage: bridge [NAME:=VALUE ...] [--ros-args ...]', '',
-        'rosbridge v2, rosapi and Foxglove: the robot for clients without ROS', '',
+        f'usage: {program} [NAME:=VALUE ...] [--ros-args ...]', '', about, '',
         'arguments (--name VALUE is the same as name:=VALUE):', *rows,
         f'  {"--ros-args ...":<{width}}  remappings and parameters, as for any ROS 2 program'])
 
@@ -101,8 +94,8 @@ def parse_bridge_arguments(argv: Sequence[str]) -> tuple[dict[str, Any], tuple[s
     :returns: the values that were given, and the words for ROS.
     :raises UsageError: names the known arguments.
     """
-    values, ros_args = read_values(argv, (*_TABLE, *IGNORED))
-    return {name: text if name in IGNORED else checked(name, text)
+    values, ros_args = read_values(argv, (*ARGUMENTS, *IGNORED))
+    return {name: text if name in IGNORED else checked(name, ARGUMENTS[name][0], text)
             for name, text in values.items()}, ros_args
 
 
@@ -115,8 +108,8 @@ def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
     :param parameter: declares a parameter with this value and returns the one in force.
     :raises UsageError: a value is wrong.
     """
-    values = {name: checked(name, parameter(name, given.get(name, default)))
-              for name, (default, _) in _TABLE.items()}
+    values = {name: checked(name, default, parameter(name, given.get(name, default)))
+              for name, (default, _) in ARGUMENTS.items()}
     unused = []
     for name, default in IGNORED.items():
         value = parameter(name, given.get(name, default))
@@ -137,14 +130,14 @@ def read_settings(given: Mapping[str, Any], parameter: Callable[[str, Any], Any]
     return BridgeSettings(**values), unused
 
 
-def checked(name: str, value: Any) -> Any:
+def checked(name: str, default: Any, value: Any) -> Any:
     """
     Return a value of an argument's kind.
 
+    :param default: of that kind.
     :param value: its text, or a parameter's value.
     :raises UsageError: names what is allowed.
     """
-    default, _ = _TABLE[name]
     text = str(value)
     if name == 'foxglove':
         word = {**dict.fromkeys(TRUE_WORDS, 'read'), **dict.fromkeys(FALSE_WORDS, 'false'),
@@ -177,64 +170,3 @@ def _listed(text: str) -> tuple[str, ...]:
 
 def _word(default: Any) -> str:
     return str(default).lower() if isinstance(default, bool) else str(default) or "''"
-
-
-@dataclass(frozen=True)
-class Permissions:
-    """
-    What clients may use; an empty list of patterns allows all names.
-
-    :param read_only: nothing that changes or moves anything.
-    """
-
-    topics: tuple[str, ...] = ()
-    services: tuple[str, ...] = ()
-    actions: tuple[str, ...] = ()
-    read_only: bool = False
-
-    @classmethod
-    def of(cls, settings: BridgeSettings) -> Permissions:
-        """Return what the arguments allow."""
-        return cls(settings.topics_glob, settings.services_glob, settings.actions_glob,
-                   settings.read_only)
-
-    def matches(self, kind: str, name: str) -> bool:
-        """
-        Return whether a name matches the patterns.
-
-        :param kind: topic, service or action.
-        :param name: the full name.
-        """
-        patterns = self._patterns(kind)
-        return not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
-
-    def allows(self, op: str, kind: str, name: str) -> bool:
-        """Return whether ``check`` accepts an operation on a name."""
-        try:
-            self.check(op, kind, name)
-        except RefusalError:
-            return False
-        return True
-
-    def check(self, op: str, kind: str, name: str) -> None:
-        """
-        Check an operation on a name.
-
-        :param kind: topic, service or action.
-        :param name: the full name.
-        :raises RefusalError: it is not allowed.
-        """
-        if not self.matches(kind, name):
-            patterns = ', '.join(self._patterns(kind))
-            raise RefusalError(f'not allowed here: {kind}s_glob is [{patterns}]')
-        if self.read_only and (op in _CHANGING or (op == 'call_service' and not _reads(name))):
-            raise RefusalError('not allowed here: read_only')
-
-    def _patterns(self, kind: str) -> tuple[str, ...]:
-        return {'topic': self.topics, 'service': self.services, 'action': self.actions}[kind]
-
-
-def _reads(service: str) -> bool:
-    if service.startswith(_ROSAPI):
-        return service.removeprefix(_ROSAPI) not in _ROSAPI_CHANGING
-    return _READING.fullmatch(service.rpartition('/')[2]) is not None

@@ -16,8 +16,9 @@ from tf2_msgs.action import LookupTransform
 from armsim_ros.nodes.bridge.calls import Goals, ServiceCalls
 from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.interfaces import RefusalError
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.protocol import Protocol
-from armsim_ros.nodes.bridge.settings import Permissions
+from armsim_ros.nodes.bridge.settings import BridgeSettings
 
 
 async def next_answer(client):
@@ -92,7 +93,7 @@ def test_a_goal_can_be_canceled_while_its_server_is_waited_for(is_canceled):
     """With the client's next message; the goal is not sent then."""
     async def run():
         link, client = Link(), make_client()
-        protocol = Protocol(link, Permissions(), *(Mock() for _ in range(4)),
+        protocol = Protocol(link, Permissions.of(BridgeSettings()), *(Mock() for _ in range(4)),
                             Goals(link, False), Mock())
         goal = {'action': '/look', 'id': 'first'}
         await protocol.receive(client, json.dumps({

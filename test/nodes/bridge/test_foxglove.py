@@ -3,8 +3,10 @@
 """Foxglove's protocol, with raw frames of a client."""
 
 import http.client
+import itertools
 import json
 import signal
+import statistics
 import struct
 import threading
 import time
@@ -13,10 +15,12 @@ import pytest
 
 pytest.importorskip('foxglove')
 
+from builtin_interfaces.msg import Time
 from mcap.reader import make_reader
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from websockets.exceptions import InvalidStatus
@@ -128,21 +132,21 @@ def test_a_later_subscriber_gets_the_latched_message_of_each_publisher(viewer, p
 
 
 def test_parameters_are_read_and_set(viewer, peer):
-    """By their names node:name."""
+    """By their names node.name; what is requested as node:name has that name."""
     peer.declare_parameter('speed', 1.5)
     deadline, found = time.monotonic() + PATIENCE, []
     while not found:
         assert time.monotonic() < deadline
-        viewer.send('getParameters', parameterNames=['/peer:speed'], id='read')
+        viewer.send('getParameters', parameterNames=['/peer.speed'], id='read')
         found = viewer.wait_for(lambda message: isinstance(message, dict)
                                 and message.get('id') == 'read')['parameters']
     assert found[0]['value'] == 1.5
-    viewer.send('setParameters', parameters=[{'name': '/peer:speed', 'value': 2.5}], id='set')
+    viewer.send('setParameters', parameters=[{'name': '/peer.speed', 'value': 2.5}], id='set')
     answer = viewer.wait_for(lambda message: isinstance(message, dict)
                              and message.get('id') == 'set')
     assert answer['parameters'][0]['value'] == 2.5
     assert peer.get_parameter('speed').value == 2.5
-    viewer.send('subscribeParameterUpdates', parameterNames=['/peer:speed'])
+    viewer.send('subscribeParameterUpdates', parameterNames=['/peer.speed'])
     deadline, speed, seen = time.monotonic() + PATIENCE, 3.0, []
     while not seen:  # the bridge's subscription has to be found first
         assert time.monotonic() < deadline
@@ -152,8 +156,13 @@ def test_parameters_are_read_and_set(viewer, peer):
         answer = viewer.wait_for(lambda message: isinstance(message, dict)
                                  and message['op'] == 'parameterValues')
         seen = [] if answer.get('id') == 'next' else answer['parameters']
-    assert seen[0]['name'] == '/peer:speed'
+    assert seen[0]['name'] == '/peer.speed'
     assert seen[0]['value'] >= 3.0
+    viewer.send('getParameters', parameterNames=[], id='all')
+    answer = viewer.wait_for(lambda message: isinstance(message, dict)
+                             and message.get('id') == 'all')
+    assert {'/peer.speed', '/peer.use_sim_time'} <= {
+        parameter['name'] for parameter in answer['parameters']}
 
 
 def wait_for_publishers(peer, topic, count):
@@ -206,6 +215,30 @@ def test_clients_publish_and_call(viewer, peer):
     assert deserialize_message(frame[16:], SetBool.Response).success is True
 
 
+@pytest.mark.parametrize(('encoding', 'kind', 'text'), [
+    ('xml', 'std_msgs/msg/String', "unknown encoding 'xml'; allowed: cdr, json"),
+    ('cdr', 'none/msg/None', 'none')])
+def test_a_channel_that_cannot_be_published_is_reported(viewer, encoding, kind, text):
+    """Re-enacts ros2_foxglove_bridge.cpp, clientAdvertise and clientMessage: a status."""
+    viewer.send('advertise', channels=[
+        {'id': 7, 'topic': '/failing', 'encoding': encoding, 'schemaName': kind}])
+    status = viewer.wait_for(lambda message: isinstance(message, dict)
+                             and message['op'] == 'status')
+    assert status['level'] == 2
+    assert status['message'].startswith('/failing is not published: ')
+    assert text in status['message']
+
+
+def test_a_message_that_is_dropped_is_reported(viewer):
+    """Re-enacts ros2_foxglove_bridge.cpp, clientMessage."""
+    viewer.send('advertise', channels=[{'id': 8, 'topic': '/dropping', 'encoding': 'json',
+                                        'schemaName': 'std_msgs/msg/String'}])
+    viewer.connection.send(struct.pack('<BI', 1, 8) + b'{"data": ')
+    status = viewer.wait_for(lambda message: isinstance(message, dict)
+                             and message['op'] == 'status')
+    assert status['message'].startswith('/dropping: a message is dropped: ')
+
+
 @pytest.mark.parametrize(('headers', 'status'), [
     ({'Origin': 'https://evil.example'}, 403), ({'Host': 'evil.example'}, 403),
     ({'Origin': 'file://'}, 403), ({'Origin': 'https://app.foxglove.dev'}, 101)])
@@ -219,6 +252,89 @@ def test_foreign_pages_are_refused(bridge, headers, status):
         **headers})
     assert connection.getresponse().status == status
     connection.close()
+
+
+def test_assets_have_names_of_any_characters(ros_domain_id, peer, tmp_path):
+    """Re-enacts param_utils.cpp, PARAM_ASSET_URI_ALLOWLIST: %20, and endings such as gltf."""
+    folder = tmp_path / 'arm'
+    (folder / 'meshes').mkdir(parents=True)
+    (folder / 'package.xml').write_text('<package><name>arm</name></package>')
+    for name in ('link 1.gltf', 'secret.txt', 'secret.stl.txt'):
+        (folder / 'meshes' / name).write_text(name)
+    publisher = peer.create_publisher(String, '/robot_description', LATCHED)
+    publisher.publish(String(data='<mesh filename="package://arm/meshes/link%201.gltf"/>'))
+    with start_program('original', ros_domain_id, 'foxglove_bridge', 'port:=0',
+                       f'packages_path:={tmp_path}') as program:
+        viewer = Viewer(program.wait_for_line('foxglove: ws', 30).partition(': ')[2].strip())
+        found = {}
+        for number, name in enumerate(('link%201.gltf', 'secret.txt', '%2e%2e/package.xml')):
+            viewer.send('fetchAsset', uri=f'package://arm/meshes/{name}', requestId=number)
+            frame = viewer.wait_for(lambda message: isinstance(message, bytes))
+            found[name] = frame[10:] if frame[5] == 0 else None
+        viewer.connection.close()
+    assert found == {'link%201.gltf': b'link 1.gltf', 'secret.txt': None,
+                     '%2e%2e/package.xml': None}
+    peer.destroy_publisher(publisher)
+
+
+def test_foxglove_bridge_keeps_to_its_parameters(ros_domain_id, peer, tmp_path):
+    """Re-enacts ros2_foxglove_bridge.cpp: the node's name, capabilities and topic_whitelist."""
+    publishers = [peer.create_publisher(String, name, LATCHED) for name in ('/shown', '/hid')]
+    file = tmp_path / 'viewer.yaml'
+    file.write_text("""
+foxglove_bridge:
+  ros__parameters:
+    port: 0
+    topic_whitelist: ['/SHO.*']
+    capabilities: [connectionGraph, assets]
+""")
+    with start_program('original', ros_domain_id, 'foxglove_bridge', '--ros-args',
+                       '--params-file', str(file)) as program:
+        viewer = Viewer(program.wait_for_line('foxglove: ws', 30).partition(': ')[2].strip())
+        info = viewer.wait_for(lambda message: message['op'] == 'serverInfo')
+        assert set(info['capabilities']) == {'connectionGraph', 'assets'}
+        viewer.find('/shown')
+        assert list(viewer.offered) == ['/shown']
+        assert 'rosbridge' not in program.text
+        viewer.connection.close()
+    for publisher in publishers:
+        peer.destroy_publisher(publisher)
+
+
+def test_simulated_time_is_that_of_the_clock(ros_domain_id, peer):
+    """Re-enacts ros2_foxglove_bridge.cpp: time follows /clock, and messages are stamped by it."""
+    clock = peer.create_publisher(Clock, '/clock', 10)
+    publisher = peer.create_publisher(String, '/stamped', LATCHED)
+    publisher.publish(String(data='text'))
+    ticks = itertools.count(1)
+
+    def tick():
+        seconds, number = divmod(next(ticks), 100)
+        clock.publish(Clock(clock=Time(sec=100 + seconds, nanosec=number * 10_000_000)))
+
+    timer = peer.create_timer(0.01, tick)
+    with start_program('bridge', ros_domain_id, 'port:=0', 'foxglove:=read', 'foxglove_port:=0',
+                       '--ros-args', '-p', 'use_sim_time:=true') as program:
+        viewer = Viewer(program.wait_for_line('foxglove: ws', 30).partition(': ')[2].strip())
+
+        def next_time():
+            frame = viewer.wait_for(lambda message: isinstance(message, bytes)
+                                    and message[0] == 2)
+            return struct.unpack('<Q', frame[1:])[0]
+
+        while next_time() < 100 * 10**9:
+            pass
+        times = [next_time() for _ in range(20)]
+        assert statistics.median(after - before for before, after in itertools.pairwise(times)
+                                 ) < 0.25e9
+        channel = viewer.find('/stamped')
+        viewer.send('subscribe', subscriptions=[{'id': 1, 'channelId': channel['id']}])
+        frame = viewer.wait_for(lambda message: isinstance(message, bytes) and message[0] == 1)
+        assert times[0] <= struct.unpack('<Q', frame[5:13])[0] <= 100 * 10**9 + next(ticks) * 10**7
+        viewer.connection.close()
+    peer.destroy_timer(timer)
+    for each in (clock, publisher):
+        peer.destroy_publisher(each)
 
 
 def test_the_graph_is_published(viewer, peer):

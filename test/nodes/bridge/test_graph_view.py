@@ -13,8 +13,9 @@ from rosapi_msgs import srv
 
 from armsim_ros.nodes.bridge.graph_view import GraphView
 from armsim_ros.nodes.bridge.link import BridgeLink
+from armsim_ros.nodes.bridge.permissions import Permissions
 from armsim_ros.nodes.bridge.rosapi import RosApi
-from armsim_ros.nodes.bridge.settings import BridgeSettings, Permissions
+from armsim_ros.nodes.bridge.settings import BridgeSettings
 
 TOPICS = {'/joint_states': ['sensor_msgs/msg/JointState'], '/_hidden': ['std_msgs/msg/String'],
           '/secret': ['std_msgs/msg/String'],
@@ -83,7 +84,7 @@ class Link(BridgeLink):
 @pytest.fixture
 def view():
     """Return a function that returns what patterns show."""
-    return lambda **patterns: GraphView(Link(), Permissions(**patterns))
+    return lambda **settings: GraphView(Link(), Permissions.of(BridgeSettings(**settings)))
 
 
 def test_hidden_names_are_left_out(view):
@@ -103,7 +104,7 @@ def test_hidden_names_are_left_out(view):
 
 def test_names_that_match_no_pattern_are_left_out(view):
     """Lists, types and the nodes at their ends."""
-    found = view(topics=('/joint_*',), services=('/pl*',), actions=('/other',))
+    found = view(topics_glob=('/joint_*',), services_glob=('/pl*',), actions_glob=('/other',))
     assert list(found.topics()) == ['/joint_states']
     assert list(found.services()) == ['/plan']
     assert found.actions() == {}
@@ -142,3 +143,10 @@ def test_a_missing_parameter_has_its_default_as_json(default, value):
     """Also where that is not JSON (rosapi's params.py, get_param)."""
     found = answer(BridgeSettings(), 'GetParam', name='/nobody:x', default_value=default)
     assert (found.value, found.successful) == (value, False)
+
+
+def test_hidden_names_can_be_included():
+    """Re-enacts ros2_foxglove_bridge.cpp, updateAdvertisedTopics with include_hidden."""
+    found = GraphView(Link(), Permissions.of(BridgeSettings()), include_hidden=True)
+    assert {'/_hidden', '/joint_states', '/move/_action/feedback'} <= set(found.topics())
+    assert '/_reader' in found.nodes()

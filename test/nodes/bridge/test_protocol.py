@@ -15,12 +15,12 @@ from armsim_ros.nodes.bridge.client import Client
 from armsim_ros.nodes.bridge.interfaces import RefusalError
 from armsim_ros.nodes.bridge.main import main
 from armsim_ros.nodes.bridge.parameters import Parameters
+from armsim_ros.nodes.bridge.permissions import NamePatterns, Permissions
 from armsim_ros.nodes.bridge.protocol import check_fields, Protocol
 from armsim_ros.nodes.bridge.settings import (
     BridgeSettings,
     help_text,
     parse_bridge_arguments,
-    Permissions,
     read_settings,
 )
 
@@ -50,7 +50,7 @@ def test_optional_fields_may_be_null():
 
 def test_patterns_limit_what_may_be_used():
     """What matches none is refused."""
-    permissions = Permissions(topics=('/sunday/*', '/tf'))
+    permissions = Permissions.of(BridgeSettings(topics_glob=('/sunday/*', '/tf')))
     permissions.check('subscribe', 'topic', '/sunday/joint_states')
     with pytest.raises(RefusalError, match='topics_glob is \\[/sunday/\\*, /tf\\]'):
         permissions.check('subscribe', 'topic', '/other')
@@ -74,7 +74,8 @@ def test_a_refusal_is_the_answer_that_the_client_waits_for(message, answer, text
     async def run():
         link = SimpleNamespace(expand=lambda name, service=False: name)
         client = Client('', 1 << 20, 30.0, list)
-        protocol = Protocol(link, Permissions(('/a',), ('/a',), ('/a',), read_only=True),
+        protocol = Protocol(link, Permissions.of(BridgeSettings(
+            topics_glob=('/a',), services_glob=('/a',), actions_glob=('/a',), read_only=True)),
                             *(Mock() for _ in range(4)), Goals(link, False), Mock())
         await protocol.receive(client, json.dumps({**message, 'id': 5}))
         await asyncio.wait_for(client.outbox.wait(), 10.0)
@@ -100,7 +101,7 @@ def test_a_refusal_is_the_answer_that_the_client_waits_for(message, answer, text
 ])
 def test_read_only_lets_nothing_move(op, kind, name, allowed):
     """Questions are answered, commands are refused."""
-    permissions = Permissions(read_only=True)
+    permissions = Permissions.of(BridgeSettings(read_only=True))
     if allowed:
         permissions.check(op, kind, name)
     else:
@@ -111,16 +112,18 @@ def test_read_only_lets_nothing_move(op, kind, name, allowed):
 def test_parameters_have_patterns_of_their_own():
     """What matches none is not read (rosapi's params_glob)."""
     link = SimpleNamespace(expand=lambda name: name)
+    patterns = NamePatterns.globs('params_glob', ('/arm:*',))
     with pytest.raises(RefusalError, match='params_glob is \\[/arm:\\*\\]'):
-        asyncio.run(Parameters(link, ('/arm:*',)).value('/move_group:name'))
+        asyncio.run(Parameters(link, patterns).value('/move_group:name'))
 
 
 @pytest.mark.parametrize('pattern', ['robot_desc*', '/arm:robot_description', '/a*:*'])
 def test_a_parameter_matches_with_or_without_its_node(pattern):
     """Re-enacts rosapi's params.py: get_param matches the name, get_param_names both."""
     link = SimpleNamespace(expand=lambda name: name, service_types=dict)
+    patterns = NamePatterns.globs('params_glob', ('/other', pattern))
     with pytest.raises(RefusalError, match='no node /arm'):  # allowed, but not there
-        asyncio.run(Parameters(link, ('/other', pattern)).value('/arm:robot_description'))
+        asyncio.run(Parameters(link, patterns).value('/arm:robot_description'))
 
 
 def settings_of(*words):
