@@ -26,3 +26,13 @@ def test_launch_files_of_gazebo_are_there_under_their_names(
     assert included.plan[0].startswith(f'process: {process} ')
     assert main(['-n', package, f'{file}.launch.py']) == 0
     assert capsys.readouterr().out.splitlines() == included.plan
+
+
+def test_the_launch_file_of_foxglove_bridge_passes_all_restrictions_on(capsys):
+    """Re-enacts foxglove_bridge_launch.xml: each argument is a parameter of the node."""
+    assert main(['-n', 'foxglove_bridge', 'foxglove_bridge_launch.xml',
+                 'capabilities:=[connectionGraph]']) == 0
+    names = capsys.readouterr().out.strip().rpartition('parameters=')[2].split(',')
+    assert {'tls', 'topic_whitelist', 'param_whitelist', 'service_whitelist',
+            'client_topic_whitelist', 'capabilities', 'include_hidden', 'asset_uri_allowlist',
+            'ignore_unresponsive_param_nodes', 'use_sim_time'} <= set(names)
