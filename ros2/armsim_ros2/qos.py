@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
+import sys
 from typing import Any
 
 from armsim_ros2.parsing import Arguments, Parser
@@ -19,6 +20,9 @@ _CHOICES = {
     'durability': ('system_default', 'transient_local', 'volatile', 'unknown', 'best_available'),
     'liveliness': ('system_default', 'automatic', 'manual_by_topic', 'unknown', 'best_available'),
 }
+
+#: What rosbag2 compares: all but history and lifespan.
+_REQUESTED = ('reliability', 'durability', 'deadline', 'liveliness', 'liveliness_lease_duration')
 
 
 def qos_options(default: str) -> Arguments:
@@ -110,11 +114,24 @@ def to_plain(profile: Any) -> dict[str, Any]:
     }
 
 
-def from_plain(values: Mapping[str, Any]) -> Any:
-    """Return the profile of a recorded publisher; earlier versions have numbers for policies."""
+def offered(topic: str, recorded: Sequence[Mapping[str, Any]]) -> Any:
+    """
+    Return the profile to publish a recorded topic with.
+
+    :param recorded: those of its publishers as rosbag2 writes them; earlier versions have numbers
+        for policies.
+    :returns: the default if they differ in what subscriptions may request.
+    """
     from rclpy import qos
 
-    profile = qos.QoSProfile(depth=values['depth'] or 10)
+    profile = qos.QoSProfile(depth=10)
+    if not recorded:
+        return profile
+    values = recorded[0]
+    if any(other.get(name) != values.get(name) for other in recorded for name in _REQUESTED):
+        print(f'Not all original publishers on topic {topic} offered the same QoS profiles. '
+              'Falling back to the default', file=sys.stderr)
+        return profile
     for name in ('reliability', 'durability'):
         policy, value = getattr(qos, f'QoS{name.capitalize()}Policy'), values[name]
         setattr(profile, name, policy(value) if isinstance(value, int)

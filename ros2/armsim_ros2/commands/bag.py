@@ -17,15 +17,14 @@ from typing import Any
 
 import yaml
 
+from armsim_ros2.bag_selection import check_expressions, is_played, last_played
 from armsim_ros2.errors import CliError, hint
 from armsim_ros2.interfaces import definition_text, load
-from armsim_ros2.parsing import argument, flag, hidden, positive_float, Verb
-from armsim_ros2.qos import from_plain, matched, to_plain
+from armsim_ros2.parsing import argument, Arguments, exclusive, flag, hidden, positive_float, Verb
+from armsim_ros2.qos import matched, offered, to_plain
 from armsim_ros2.session import Session
 
 _SECOND = 1_000_000_000
-#: How often new topics are looked for while recording [s].
-_PERIOD = 0.1
 
 
 class _Recorder:
@@ -43,7 +42,6 @@ class _Recorder:
         self._chosen = {session.absolute(name) for name in (*options.topics, *options.more_topics)}
         self._left_out = {session.absolute(name) for name in options.exclude_topics}
         self._options = options
-        self._pattern = re.compile(options.regex)
         self._writer = Writer(stream)
         self._writer.start('ros2', 'armsim_ros2')
         self._schemas: dict[str, int] = {}
@@ -56,7 +54,7 @@ class _Recorder:
         node = self._session.node
         for topic, types in self._session.names('topic', self._options.hidden).items():
             publishers = node.get_publishers_info_by_topic(topic)
-            if topic in self._known or not publishers or not self._is_chosen(topic):
+            if topic in self._known or not publishers or not self._is_chosen(topic, types[0]):
                 continue
             self._known.add(topic)
             try:
@@ -69,11 +67,13 @@ class _Recorder:
                                      matched(QoSProfile(depth=100), publishers), raw=True)
             print(f"Subscribed to topic '{topic}'")
 
-    def _is_chosen(self, topic: str) -> bool:
-        if topic in self._left_out:
+    def _is_chosen(self, topic: str, kind: str) -> bool:
+        options = self._options
+        if (topic in self._left_out or kind in options.exclude_topic_types
+                or (options.exclude_regex and re.search(options.exclude_regex, topic))):
             return False
-        return (self._options.all or topic in self._chosen
-                or bool(self._options.regex and self._pattern.search(topic)))
+        return (options.all or topic in self._chosen or kind in options.topic_types
+                or bool(options.regex and re.search(options.regex, topic)))
 
     def _add_channel(self, topic: str, kind: str, publishers: list[Any]) -> int:
         if kind not in self._schemas:
@@ -100,8 +100,10 @@ class _Recorder:
 
 
 def _record(options: Namespace) -> None:
-    if not (options.all or options.topics or options.more_topics or options.regex):
-        raise CliError('Invalid choice: Must specify topics, --all or --regex')
+    if not (options.all or options.topics or options.more_topics or options.topic_types
+            or options.regex):
+        raise CliError('Invalid choice: Must specify topics, --all, --topic-types or --regex')
+    check_expressions(options)
     folder = Path(options.output or time.strftime('rosbag2_%Y_%m_%d-%H_%M_%S'))
     if folder.exists():
         raise CliError(f"Output folder '{folder}' already exists.")
@@ -111,9 +113,13 @@ def _record(options: Namespace) -> None:
         recorder = _Recorder(session, options, stream)
         try:
             print('Recording...')
-            while True:
+            if options.no_discovery:
+                session.settle()
                 recorder.subscribe()
-                session.spin(limit=_PERIOD)
+            while True:
+                if not options.no_discovery:
+                    recorder.subscribe()
+                session.spin(limit=options.polling_interval / 1e3)
         except (KeyboardInterrupt, SystemExit):
             print('Recording stopped')
         finally:
@@ -220,29 +226,32 @@ def _moment(nanoseconds: int) -> str:
 
 
 def _play(options: Namespace) -> None:
-    from rclpy.qos import QoSProfile
+    from rclpy.duration import Duration
 
+    check_expressions(options)
+    options.ros_args = [word for rule in options.remap for word in ('--remap', rule)]
     with _opened(options.bag_path) as (reader, _), Session(options) as session:
         summary = reader.get_summary()
         publishers = {}
         for channel in summary.channels.values():
-            if options.topics and channel.topic not in map(session.absolute, options.topics):
+            if not is_played(channel.topic, options, session.absolute):
                 continue
             try:
                 kind = load(summary.schemas[channel.schema_id].name, 'msg')
             except CliError as failure:
                 print(f'{channel.topic} is not played: {failure}', file=sys.stderr)
                 continue
-            profile = next(map(from_plain, _profiles(channel)), QoSProfile(depth=10))
-            publishers[channel.id] = session.node.create_publisher(kind, channel.topic, profile)
+            publishers[channel.id] = session.node.create_publisher(
+                kind, channel.topic, offered(channel.topic, _profiles(channel)))
         session.settle()
         first: int = summary.statistics.message_start_time + round(options.start_offset * _SECOND)
         while True:
             _play_once(session, reader, publishers, first, options)
             if not options.loop:
                 break
+        limit = Duration(seconds=options.wait_for_all_acked / 1e3 or -1)
         for publisher in publishers.values():
-            publisher.wait_for_all_acked()
+            publisher.wait_for_all_acked(limit)
 
 
 def _play_once(session: Session, reader: Any, publishers: dict[int, Any], first: int,
@@ -271,7 +280,10 @@ def _play_once(session: Session, reader: Any, publishers: dict[int, Any], first:
             clock.publish(message)
 
         timer = session.node.create_timer(1 / options.clock, publish_clock)
+    last = last_played(first, options)
     for _, channel, message in reader.iter_messages():
+        if last is not None and message.log_time > last:
+            break
         if channel.id in publishers and message.log_time >= first:
             wait = (message.log_time - reached()) / options.rate / _SECOND
             session.spin(limit=wait)
@@ -282,31 +294,65 @@ def _play_once(session: Session, reader: Any, publishers: dict[int, Any], first:
 
 
 _bag = argument('bag_path', help='folder or .mcap file of the recording')
+_keyboard = flag('--disable-keyboard-controls', about='no effect: there are none')
 _storage = argument('-s', '--storage', choices=['mcap'], default='mcap', help='the only one')
+
+
+def _excluding(*short: str) -> tuple[Arguments, Arguments]:
+    """Return the options that leave topics out."""
+    return (argument('--exclude-topics', nargs='+', default=[], metavar='TOPIC',
+                     help='leave these topics out'),
+            argument(*short, '--exclude-regex', default='',
+                     help='leave topics out that match this expression'))
+
 
 VERBS = {
     'info': Verb('print the topics and the duration of a recording', _info, [
-        _bag, _storage, flag('-t', '--topic-name', about='print only the names of topics')]),
+        _bag, _storage, exclusive(
+            flag('-t', '--topic-name', about='print only the names of topics'),
+            flag('-v', '--verbose', about='no effect: services are not recorded'))]),
     'play': Verb('publish the messages of a recording', _play, [
         _bag, _storage,
         argument('-r', '--rate', type=positive_float, default=1.0,
                  help='times as fast as recorded (default: %(default)s)'),
         argument('--topics', nargs='+', default=[], metavar='TOPIC', help='only these topics'),
+        argument('-e', '--regex', default='', help='only topics that match this expression'),
+        *_excluding('-x'),
+        argument('-m', '--remap', nargs='+', default=[], metavar='OLD:=NEW',
+                 help='publish under other names'),
         flag('-l', '--loop', about='begin again at the end'),
         argument('--clock', type=positive_float, nargs='?', const=40.0, metavar='HZ',
                  help='publish the time of the recording on /clock (40 times per second)'),
         argument('-d', '--delay', type=positive_float, default=0.0, metavar='S',
                  help='time to wait before each start'),
         argument('--start-offset', type=float, default=0.0, metavar='S',
-                 help='skip so much of the recording')]),
+                 help='skip so much of the recording'),
+        argument('--playback-duration', type=float, default=-1.0, metavar='S',
+                 help='play only so much of the recording'),
+        exclusive(
+            argument('--playback-until-sec', type=float, default=-1.0, metavar='S',
+                     help='play until this time of the recording'),
+            argument('--playback-until-nsec', type=int, default=-1, metavar='NS',
+                     help='the same in nanoseconds')),
+        argument('--wait-for-all-acked', type=int, default=0, metavar='MS',
+                 help='how long to wait at the end for subscribers; 0: no limit'),
+        argument('--read-ahead-queue-size', type=int, metavar='N', help='no effect'),
+        _keyboard, flag('--disable-loan-message', about='no effect')]),
     'record': Verb('record topics until Ctrl-C', _record, [
         argument('topics', nargs='*', metavar='topic', help='topics to record'),
         argument('--topics', dest='more_topics', nargs='+', default=[], metavar='TOPIC',
                  help='topics to record'),
-        flag('-a', '--all', about='record all topics'),
+        flag('-a', '--all', '--all-topics', dest='all', about='record all topics'),
+        argument('--topic-types', nargs='+', default=[], metavar='TYPE',
+                 help='record topics of these types'),
         argument('-e', '--regex', default='', help='record topics that contain this expression'),
-        argument('--exclude-topics', nargs='+', default=[], metavar='TOPIC',
-                 help='topics to leave out'),
+        *_excluding(),
+        argument('--exclude-topic-types', nargs='+', default=[], metavar='TYPE',
+                 help='leave topics of these types out'),
+        flag('--no-discovery', about='record only topics that are there at the start'),
+        argument('-p', '--polling-interval', type=int, default=100, metavar='MS',
+                 help='how often new topics are looked for (default: %(default)s)'),
+        argument('--max-cache-size', type=int, metavar='BYTES', help='no effect'), _keyboard,
         argument('-o', '--output', metavar='FOLDER', help='a new folder for the recording'),
         _storage, flag('--use-sim-time', about='use the time of /clock'), hidden('topic')]),
 }
