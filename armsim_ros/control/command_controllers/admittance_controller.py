@@ -347,8 +347,10 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         rows = dict(zip(kinds, references.reshape(-1, len(self.joints)), strict=True))
         position = rows.get(POSITION, self._held)
         states = self.context.hardware.other_states
-        wrench = np.array([states[name] for name in self._measured])
-        rule.step(self._settled, admittance, position, wrench + self._added_wrench, period)
+        measured = np.array([states[name] for name in self._measured])
+        if np.isnan(measured).any():  # the filter would never forget it
+            measured = np.zeros_like(measured)
+        rule.step(self._settled, admittance, position, measured + self._added_wrench, period)
         requested = {
             POSITION: position + rule.offset,
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,

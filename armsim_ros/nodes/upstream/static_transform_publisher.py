@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
-from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.errors import ArmsimError
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.robot_program import StopSignals
@@ -27,14 +27,15 @@ from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
           '--qx X --qy Y --qz Z --qw W] --frame-id PARENT --child-frame-id CHILD, or '
           'x y z yaw pitch roll PARENT CHILD, or x y z qx qy qz qw PARENT CHILD')
-_NUMBERS = ('x', 'y', 'z', 'roll', 'pitch', 'yaw', 'qx', 'qy', 'qz', 'qw')
+_EULER, _QUATERNION = ('roll', 'pitch', 'yaw'), ('qx', 'qy', 'qz', 'qw')
+_NUMBERS = ('x', 'y', 'z', *_EULER, *_QUATERNION)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
     Publish a transform until SIGINT or SIGTERM.
 
-    :returns: 0 after a signal, 2 for words that cannot be understood.
+    :returns: 0 after a signal, 1 for words that cannot be understood.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
     if {'-h', '--help'} & set(words):
@@ -44,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         transform = read_transform(words)
     except ArmsimError as error:
         print(error, file=sys.stderr, flush=True)
-        return USAGE_STATUS
+        return 1
 
     def make(node: Node) -> object:
         publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
@@ -67,14 +68,18 @@ def read_transform(words: Sequence[str]) -> TransformStamped:
         values, parent, child = _by_place(words)
     if not parent or not child:
         raise UsageError(f'the two frames are needed: {_USAGE}')
+    if parent == child:
+        raise UsageError(f"child_frame_id cannot equal frame_id '{parent}'")
+    has_quaternion = any(axis in values for axis in _QUATERNION)
+    if has_quaternion and any(axis in values for axis in _EULER):
+        raise UsageError('Cannot specify both quaternion and Euler rotations')
     made = TransformStamped(child_frame_id=child)
     made.header.frame_id = parent
     pose = pose_from_parts([values.get(axis, 0.0) for axis in 'xyz'], matrix_from_rpy(
-        [values.get(axis, 0.0) for axis in ('roll', 'pitch', 'yaw')]))
+        [values.get(axis, 0.0) for axis in _EULER]))
     xyzw = [float(component) for component in quat_xyzw_from_matrix(pose)]
-    quaternion = ('qx', 'qy', 'qz', 'qw')
-    if any(axis in values for axis in quaternion):
-        xyzw = [values.get(axis, 1.0 if axis == 'qw' else 0.0) for axis in quaternion]
+    if has_quaternion:
+        xyzw = [values.get(axis, 1.0 if axis == 'qw' else 0.0) for axis in _QUATERNION]
         length = math.hypot(*xyzw)
         if length < 1e-6:
             raise UsageError('the quaternion is zero')

@@ -171,6 +171,17 @@ def test_a_wrench_reference_is_added(soft):
     np.testing.assert_allclose(made.tip(), before, atol=1e-3)
 
 
+def test_a_wrench_that_is_not_a_number_counts_as_none(soft):
+    """Re-enacts admittance_controller.cpp, read_state_from_hardware."""
+    made = soft().activate()
+    made.push([np.nan, 0.0, 20.0, 0.0, 0.0, 0.0])
+    made.run(0.1)
+    np.testing.assert_array_equal(made.hardware.command.position[:6], PLACE)
+    made.push(np.zeros(6))
+    made.run(0.1)
+    np.testing.assert_array_equal(made.hardware.command.position[:6], PLACE)
+
+
 def test_velocities_alone_are_commanded(soft):
     """Positions need not be among the command interfaces (write_state_to_hardware)."""
     made = soft(command_interfaces=['velocity'])
