@@ -49,6 +49,9 @@ def joint_state_publisher(argv: Sequence[str] | None = None) -> int:
         a parameter or the file is wrong.
     """
     words, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    if {'-h', '--help'} & set(words):
+        print('usage: joint_state_publisher [-h] [description_file] [--ros-args ...]')
+        return 0
     try:
         return spin(
             'joint_state_publisher', ros_args, lambda node: JointStatePublisher(node, words),

@@ -189,3 +189,10 @@ def test_an_error_of_the_user_is_one_line(capfd: Any, words: list[str]) -> None:
     printed = capfd.readouterr().err
     assert 'Traceback' not in printed
     assert len([line for line in printed.splitlines() if not line.startswith('[')]) == 1
+
+
+@pytest.mark.parametrize('word', ['-h', '--help'])
+def test_joint_state_publisher_has_a_help(capsys: Any, word: str) -> None:
+    """Re-enacts joint_state_publisher.py, main: it is not taken for a file."""
+    assert main(['joint_state_publisher', word]) == 0
+    assert '[description_file]' in capsys.readouterr().out
