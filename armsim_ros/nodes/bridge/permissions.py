@@ -55,7 +55,7 @@ class NamePatterns:
             expressions = [re.compile(text, re.IGNORECASE | re.ASCII) for text in texts]
         except re.error as error:
             raise ValueError(
-                f"{argument}: '{error.pattern}' is not a regular expression: {error}") from None
+                f'{argument}: {error.pattern!r} is not a regular expression: {error}') from None
         return cls(argument, tuple(texts), tuple(expressions), ('{node}.{name}',))
 
     def allows(self, name: str) -> bool:
