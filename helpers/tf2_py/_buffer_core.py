@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from math import isnan
 import threading
 from typing import Any
 
@@ -21,13 +20,12 @@ from tf2_py._exceptions import (
     TransformException,
 )
 from tf2_py._messages import nanoseconds, transform_message
+from tf2_py._problems import problem_of_name, problem_of_transform
 from tf2_py._rigid import compose, inverse, Pose, product, Sample, unit
 
 _DEFAULT_CACHE_TIME = 10_000_000_000
 #: Frames between a frame and its root; more are taken for a loop.
 _MAX_DEPTH = 1000
-#: How far the squared length of a quaternion may be from 1.
-_UNIT_TOLERANCE = 0.01
 #: The shortest time that a rate is computed over [ns].
 _SHORTEST_SPAN = 100_000
 _NEVER = 1 << 63
@@ -76,6 +74,8 @@ class BufferCore:
         """Return whether lookup_transform_core would succeed, and why not."""
         try:
             with self._lock:
+                if target_frame != source_frame:
+                    self._validate_asked(target_frame=target_frame, source_frame=source_frame)
                 self._path('canTransform', target_frame, source_frame, nanoseconds(time))
         except TransformException as error:
             return False, str(error)
@@ -86,8 +86,11 @@ class BufferCore:
             fixed_frame: str) -> tuple[bool, str]:
         """Return whether lookup_transform_full_core would succeed, and why not."""
         try:
-            self._lookup_full('canTransform', target_frame, nanoseconds(target_time),
-                              source_frame, nanoseconds(source_time), fixed_frame)
+            with self._lock:
+                self._validate_asked(target_frame=target_frame, source_frame=source_frame,
+                                     fixed_frame=fixed_frame)
+                self._lookup_full('canTransform', target_frame, nanoseconds(target_time),
+                                  source_frame, nanoseconds(source_time), fixed_frame)
         except TransformException as error:
             return False, str(error)
         return True, ''
@@ -149,6 +152,26 @@ class BufferCore:
             return ''.join(self._frame_as_yaml(name) for name in self._frames) if (
                 self._frames) else '[]'
 
+    def _chain(self, target_frame: str, target_time: Any, source_frame: str, source_time: Any,
+               fixed_frame: str) -> list[str]:
+        """
+        Return the names of the frames from the source frame over the fixed frame to the target.
+
+        Parameters and exceptions as lookup_transform_full_core.
+        """
+        with self._lock:
+            frames = [source_frame]
+            for target, source, time in ((fixed_frame, source_frame, source_time),
+                                         (target_frame, fixed_frame, target_time)):
+                upwards, downwards, _ = self._path('_chain', target, source, nanoseconds(time))
+                up = [source, *(parent for _, parent, *_ in upwards)]
+                down = [target, *(parent for _, parent, *_ in downwards)]
+                # Both end at the same frame, which may be above their nearest common one.
+                while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
+                    del up[-1], down[-1]
+                frames += [*up[1:], *reversed(down[:-1])]
+            return frames
+
     def _frameExists(self, frame_id: str) -> bool:
         with self._lock:
             return frame_id in self._frames
@@ -164,7 +187,7 @@ class BufferCore:
         rotation, translation = message.transform.rotation, message.transform.translation
         numbers = (rotation.x, rotation.y, rotation.z, rotation.w,
                    translation.x, translation.y, translation.z)
-        problem = _problem(parent, child, numbers)
+        problem = problem_of_transform(parent, child, numbers)
         if problem:
             self._logger.error(f'ignoring the transform from "{parent}" to "{child}" '
                                f'of authority "{authority}": {problem}')
@@ -307,14 +330,20 @@ class BufferCore:
 
     def _validate(self, function: str, frame: str) -> None:
         """Raise what is wrong with a frame's name."""
-        if not frame:
-            raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {function} - '
-                                           'in tf2 frame_ids cannot be empty')
-        if frame.startswith('/'):
-            raise InvalidArgumentException(f'Invalid argument "{frame}" passed to {function} - '
-                                           "in tf2 frame_ids cannot start with a '/'")
+        if problem := problem_of_name(frame):
+            raise InvalidArgumentException(
+                f'Invalid argument "{frame}" passed to {function} - {problem}')
         if frame not in self._frames:
             raise LookupException(f'"{frame}" passed to {function} does not exist. ')
+
+    def _validate_asked(self, **frames: str) -> None:
+        """Raise what is wrong with the names that canTransform gets, in its words."""
+        for argument, frame in frames.items():
+            problem = problem_of_name(frame) or (
+                '' if frame in self._frames else 'frame does not exist')
+            if problem:
+                raise LookupException(f'Invalid frame ID "{frame}" passed to canTransform '
+                                      f'argument {argument} - {problem}')
 
     def _loop(self) -> LookupException:
         return LookupException('The tf tree is invalid because it contains a loop.\n'
@@ -333,23 +362,6 @@ class BufferCore:
                 f'  most_recent_transform: {seconds(newest)}\n'
                 f'  oldest_transform: {seconds(oldest)}\n'
                 f'  buffer_length: {(newest - oldest) * 1e-9:.3f}\n')
-
-
-def _problem(parent: str, child: str, numbers: tuple[float, ...]) -> str:
-    """Return why a transform cannot be used, with the name that tf2 gives to the error."""
-    if not child:
-        return 'TF_NO_CHILD_FRAME_ID: child_frame_id is empty'
-    if not parent:
-        return 'TF_NO_FRAME_ID: frame_id is empty'
-    if child == parent:
-        return 'TF_SELF_TRANSFORM: the two frames are the same'
-    x, y, z, w = numbers[:4]
-    total = x * x + y * y + z * z + w * w
-    if isnan(total + sum(numbers[4:])):
-        return f'TF_NAN_INPUT: {numbers} has a NaN'
-    if abs(total - 1.0) >= _UNIT_TOLERANCE:
-        return f'TF_DENORMALIZED_QUATERNION: the length of ({x}, {y}, {z}, {w}) is not 1'
-    return ''
 
 
 def _unconnected(target: str, source: str) -> ConnectivityException:

@@ -276,3 +276,45 @@ def test_a_time_is_a_time(moving):
     assert moving.can_transform_core('base', 'tool', at(1.5).to_msg())[0]
     with pytest.raises(TypeError, match='time must have sec and nanosec, or nanoseconds'):
         moving.lookup_transform_core('base', 'tool', 1.5)
+
+
+@pytest.mark.parametrize(('names', 'problem'), [
+    (('world', 'tool'), 'Invalid frame ID "world" passed to canTransform argument target_frame - '
+                        'frame does not exist'),
+    (('base', 'world'), 'Invalid frame ID "world" passed to canTransform argument source_frame - '
+                        'frame does not exist'),
+    (('base', ''), 'Invalid frame ID "" passed to canTransform argument source_frame - '
+                   'in tf2 frame_ids cannot be empty'),
+    (('/base', 'tool'), 'Invalid frame ID "/base" passed to canTransform argument target_frame - '
+                        "in tf2 frame_ids cannot start with a '/'")])
+def test_can_transform_names_the_frame_that_is_missing(moving, names, problem):
+    """tf2/src/buffer_core.cpp: fillOrWarnMessageForInvalidFrame, whose text tf2_echo logs."""
+    assert moving.can_transform_core(*names, at(0)) == (False, problem)
+
+
+def test_can_transform_full_names_the_fixed_frame(moving):
+    """tf2/src/buffer_core.cpp: canTransform with a fixed frame."""
+    assert moving.can_transform_full_core('base', at(0), 'tool', at(0), 'world') == (
+        False, 'Invalid frame ID "world" passed to canTransform argument fixed_frame - '
+               'frame does not exist')
+
+
+@pytest.mark.parametrize(('source', 'target', 'chain'), [
+    ('left', 'base', ['left', 'tool', 'base']),
+    ('base', 'left', ['base', 'tool', 'left']),
+    ('left', 'right', ['left', 'tool', 'right']),
+    ('tool', 'tool', ['tool'])])
+def test_the_chain_between_two_frames(moving, source, target, chain):
+    """All frames from the source to the target, each once."""
+    moving.set_transform_static(stamped('world', 'base'), 'test')
+    moving.set_transform_static(stamped('tool', 'left'), 'test')
+    moving.set_transform_static(stamped('tool', 'right'), 'test')
+    assert moving._chain(target, at(0), source, at(0), target) == chain
+
+
+def test_a_chain_over_a_fixed_frame(moving):
+    """The path leads from the source to the fixed frame, and from there to the target."""
+    moving.set_transform_static(stamped('world', 'base'), 'test')
+    moving.set_transform_static(stamped('world', 'other'), 'test')
+    assert moving._chain('other', at(2.0), 'tool', at(1.0), 'base') == [
+        'tool', 'base', 'world', 'other']
