@@ -29,7 +29,7 @@ from armsim_ros.nodes.upstream.joint_states import (
 )
 from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 from armsim_ros.nodes.upstream.robot_state_publisher import DESCRIPTION, RobotStatePublisher
-from armsim_ros.nodes.upstream.static_transform_publisher import spin
+from armsim_ros.nodes.upstream.single_node import spin
 
 #: Parameter -> its default; all are read once, at the start.
 _DEFAULTS = {

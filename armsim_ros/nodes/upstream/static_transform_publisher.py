@@ -4,25 +4,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import math
 import sys
-from typing import Any
 
 from geometry_msgs.msg import TransformStamped
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError
 from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.robot_program import StopSignals
-from armsim_ros.nodes.shutdown import shut_down
-from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
+from armsim_ros.nodes.upstream.single_node import spin
 
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
           '--qx X --qy Y --qz Z --qw W] --frame-id PARENT --child-frame-id CHILD, or '
@@ -119,35 +113,3 @@ def _number(word: str) -> float:
         return float(word)
     except ValueError:
         raise UsageError(f"'{word}' is not a number: {_USAGE}") from None
-
-
-def spin(name: str, ros_args: Sequence[str], make: Callable[[Node], object], **options: Any
-         ) -> int:
-    """
-    Run a node until SIGINT or SIGTERM.
-
-    :param name: of the node where nothing renames it.
-    :param make: adds what the node does; what it returns is kept.
-    :returns: 0.
-    """
-    # rclpy's own handlers would raise, or shut the context down, in the midst of anything.
-    signals = StopSignals()
-    rclpy.init(args=[name, *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    nodes: list[Node] = []
-    try:
-        node = Node(name, **options)
-        nodes.append(node)
-        kept = make(node)
-        with WaitSetExecutor() as executor:
-            executor.add_node(node)
-            signals.on_stop = rclpy.try_shutdown
-            if not signals.stop_requested:
-                executor.spin()
-        del kept
-    except ExternalShutdownException:
-        pass
-    finally:
-        # A participant that is left to the end of the process may wait there for seconds for a
-        # listener whose thread is gone.
-        shut_down(*nodes)
-    return 0

@@ -163,7 +163,7 @@ def test_sigint_interrupts_no_callback() -> None:
     """What is being done is completed, and the status is 0; no KeyboardInterrupt is raised."""
     made = subprocess.run([sys.executable, '-c', dedent("""
         import os, signal
-        from armsim_ros.nodes.upstream.static_transform_publisher import spin
+        from armsim_ros.nodes.upstream.single_node import spin
 
         def make(node):
             os.kill(os.getpid(), signal.SIGINT)
