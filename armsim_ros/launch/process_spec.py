@@ -127,6 +127,9 @@ class ProgramRole(Enum):
     DESCRIPTION = 'publishes the robot description and transforms'
     JOINT_STATES = 'publishes joint states'
     STATIC_TRANSFORM = 'publishes a fixed transform'
+    TF_ECHO = 'prints the transform between two frames'
+    TF_MONITOR = 'prints the delays of transforms'
+    VIEW_FRAMES = 'draws the tree of frames'
     ROSBRIDGE = 'rosbridge, for clients without ROS'
     FOXGLOVE = 'Foxglove'
     ROSAPI = 'the bridge serves rosapi, too'
@@ -148,6 +151,9 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
     ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
     ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
+    ('tf2_ros', 'tf2_echo'): ProgramRole.TF_ECHO,
+    ('tf2_ros', 'tf2_monitor'): ProgramRole.TF_MONITOR,
+    ('tf2_tools', 'view_frames'): ProgramRole.VIEW_FRAMES,
     ('rosbridge_server', 'rosbridge_websocket'): ProgramRole.ROSBRIDGE,
     ('rosbridge_server', 'rosbridge_websocket.py'): ProgramRole.ROSBRIDGE,
     ('foxglove_bridge', 'foxglove_bridge'): ProgramRole.FOXGLOVE,
@@ -162,6 +168,8 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('ros_gz_bridge', 'bridge_node'): ProgramRole.BRIDGE,
     ('ros_ign_bridge', 'parameter_bridge'): ProgramRole.BRIDGE,
 }
+#: Replaced only where they are not installed: they are no part of the robot.
+_TOOLS = (ProgramRole.TF_ECHO, ProgramRole.TF_MONITOR, ProgramRole.VIEW_FRAMES)
 #: Programs of drivers beside ros2_control; the simulation has their endpoints.
 NODES.update({('ur_robot_driver', name): ProgramRole.VENDOR for name in (
     'dashboard_client', 'robot_state_helper', 'controller_stopper_node', 'urscript_interface',
@@ -192,14 +200,21 @@ def role_of(spec: ProcessSpec) -> ProgramRole | None:
     if node is not None:
         if node.executable.endswith('ros2_control_node'):
             return ProgramRole.SIMULATION
-        return NODES.get((node.package, node.executable))
+        return _role_of_program(node.package, node.executable)
     words = ' '.join(spec.command).split() if spec.shell else spec.command
     for first, role in COMMANDS.items():
         if [program_of(words[:1], False), *words[1:len(first)]] == list(first):
             return role
     if words[:2] == ['ros2', 'run'] and len(words) > 3:
-        return NODES.get((words[2], words[3]))
+        return _role_of_program(words[2], words[3])
     return None
+
+
+def _role_of_program(package: str, executable: str) -> ProgramRole | None:
+    role = NODES.get((package, executable))
+    if role in _TOOLS and current_lookup().program(package, executable) is not None:
+        return None
+    return role
 
 
 def is_known(spec: ProcessSpec) -> bool:

@@ -208,6 +208,31 @@ def test_the_hardware_spawner_is_ours(decided):
     assert made.command[place:place + 3] == ['hardware_spawner', 'Arm', '--configure']
 
 
+TF2_TOOLS = [('tf2_ros', 'tf2_echo'), ('tf2_ros', 'tf2_monitor'), ('tf2_tools', 'view_frames')]
+
+
+@pytest.mark.parametrize(('package', 'executable'), TF2_TOOLS)
+def test_tools_of_tf2_are_ours_where_they_are_not_installed(decided, package, executable):
+    """They keep their words."""
+    (made,), _ = decided(Node(package=package, executable=executable, arguments=['a', 'b']))
+    place = made.command.index(executable)
+    assert made.is_ours
+    assert made.command[place:place + 3] == [executable, 'a', 'b']
+
+
+@pytest.mark.parametrize(('package', 'executable'), TF2_TOOLS)
+def test_installed_tools_of_tf2_are_started(decided, tmp_path, monkeypatch, package, executable):
+    """Programs of a ROS installation that only show the robot are not replaced."""
+    program = tmp_path / 'lib' / package / executable
+    program.parent.mkdir(parents=True)
+    program.write_text('#!/bin/sh\n')
+    program.chmod(0o755)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    (made,), _ = decided(Node(package=package, executable=executable, arguments=['a']))
+    assert (made.kind, made.is_ours) == (Kind.RUN, False)
+    assert made.command[:2] == [str(program), 'a']
+
+
 def test_a_shell_splits_the_words_of_a_node(decided):
     """With shell=True, words are split at blanks, and empty ones are dropped."""
     (made,), _ = decided(Node(package='controller_manager', executable='spawner', shell=True,

@@ -13,7 +13,8 @@ from armsim_ros.errors import nearest
 
 #: Program -> module and function here.
 PROGRAMS = {
-    'static_transform_publisher': ('upstream.static_transform_publisher', 'main'),
+    **{name: (f'upstream.{name}', 'main') for name in (
+        'static_transform_publisher', 'tf2_echo', 'tf2_monitor', 'view_frames')},
     **{name: ('upstream.state_publishers', name) for name in (
         'robot_state_publisher', 'joint_state_publisher')},
     **{name: ('upstream.robot_programs', name) for name in (
