@@ -7,12 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 import sys
 
+from builtin_interfaces.msg import Time
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 import rclpy.logging
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import TransformException
 
@@ -116,5 +116,5 @@ class _Monitor:
         return float(self._node.get_clock().now().nanoseconds * 1e-9)
 
 
-def _seconds(stamp: object) -> float:
-    return float(Time.from_msg(stamp).nanoseconds * 1e-9)
+def _seconds(stamp: Time) -> float:
+    return float(stamp.sec + stamp.nanosec * 1e-9)
