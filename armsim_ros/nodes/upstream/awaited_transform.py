@@ -32,8 +32,7 @@ class AwaitedTransform:
 
     def available(self) -> bool:
         """Return whether the transform can be looked up; log why not, at most once a second."""
-        possible, reason = self.buffer.can_transform(
-            self.target, self.source, LATEST, return_debug_tuple=True)
+        possible, reason = self.buffer.can_transform_core(self.target, self.source, LATEST)
         if not possible:
             self._logger.info(f'Waiting for transform {self.target} ->  {self.source}: {reason}',
                               throttle_duration_sec=_REPORT_PERIOD)
