@@ -183,8 +183,8 @@ def settled(
 
 STEP = 0.05
 """No joint moves farther between two looked-at states [rad or m]."""
-MOST_STATES = 80
-"""More than so many states of a motion are not checked."""
+MOST_STATES, MOST_OBSTRUCTION_STATES = 80, 1000
+"""More than so many states of a motion are not checked against another, against the scene."""
 
 
 def meeting(
@@ -213,28 +213,47 @@ def meeting(
     return None
 
 
-def _states(model: KinematicModel, q: Vector, motion: JointTrajectory) -> list[Vector]:
-    """Return robot states (n,) along a motion."""
+def obstruction(checker: CollisionChecker, q: Vector, motion: JointTrajectory) -> Contact | None:
+    """
+    Return a contact of what a motion moves, None where there is none.
+
+    :param checker: in the scene of the motion.
+    :param q: (n,) the robot; joints that the motion lacks stay as they are.
+    """
+    moved = _moved_links(checker.scene.kinematic_model, motion.joint_names)
+    for state in _states(checker.scene.kinematic_model, q, motion, MOST_OBSTRUCTION_STATES):
+        if not checker.in_collision(state):
+            continue
+        for contact in checker.contacts(state):
+            if moved.intersection(_link(checker, name) for name in (contact.body1, contact.body2)):
+                return contact
+    return None
+
+
+def _states(
+    model: KinematicModel, q: Vector, motion: JointTrajectory, most: int = MOST_STATES
+) -> list[Vector]:
+    """Return robot states (n,) along a motion, no more than so many."""
     known = [k for k, name in enumerate(motion.joint_names) if name in model.names]
     places = [model.index(motion.joint_names[k]) for k in known]
     states = []
     given = motion.positions[~np.isnan(motion.positions).any(axis=1)]
-    for values in _refined(given[:, known]):
+    for values in _refined(given[:, known], most):
         state = q.copy()
         state[places] = values
         states.append(model.apply_mimic(state))
     return states
 
 
-def _refined(positions: Matrix) -> Matrix:
-    """Return positions (k, m) on straight lines through those given, a step apart."""
+def _refined(positions: Matrix, most: int) -> Matrix:
+    """Return positions (k, m) on straight lines through those given, a step apart if not more."""
     parts = [positions[:1]]
     for before, after in pairwise(positions):
         count = max(1, math.ceil(float(np.abs(after - before).max(initial=0.0)) / STEP))
         shares = np.arange(1, count + 1)[:, None] / count
         parts.append(before + shares * (after - before))
     all_of_them = np.concatenate(parts)
-    chosen = np.linspace(0, len(all_of_them) - 1, min(len(all_of_them), MOST_STATES))
+    chosen = np.linspace(0, len(all_of_them) - 1, min(len(all_of_them), most))
     refined: Matrix = all_of_them[np.unique(np.round(chosen).astype(int))]
     return refined
 

@@ -271,7 +271,7 @@ class StreamClock:
         return max(int(self._node.get_clock().now().nanoseconds), self._stamp_ns)
 
 
-_SERVICE = '/get_planning_scene'
+_SERVICE = 'get_planning_scene'
 _LOOK = 1.0
 """Period of searching for a server of the scene [s]."""
 _PATIENCE = 3

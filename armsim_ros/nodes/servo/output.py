@@ -32,8 +32,7 @@ from armsim_ros.servo.trajectory_window import TrajectoryWindow, WindowPoints
 
 _BUSY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
 #: Actions of move_group that move the arm when they have planned.
-PLANNING = ('/move_action', '/execute_trajectory', '/sequence_move_group',
-            '/execute_task_solution')
+PLANNING = ('move_action', 'execute_trajectory', 'sequence_move_group', 'execute_task_solution')
 _FRESH_NS = 200_000_000
 #: It takes no longer than this from a subscription to the first state [s].
 _FIRST = 0.5

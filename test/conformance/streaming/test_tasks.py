@@ -14,7 +14,7 @@ from moveit_msgs.msg import (
     PlanningScene,
     PlanningSceneComponents,
 )
-from moveit_msgs.srv import GetPlanningScene
+from moveit_msgs.srv import ApplyPlanningScene, GetPlanningScene, GetPositionFK
 from moveit_task_constructor_msgs.action import ExecuteTaskSolution
 from moveit_task_constructor_msgs.msg import Solution, SubTrajectory
 import numpy as np
@@ -27,7 +27,7 @@ from armsim_ros.clients.action_client import PatientActionClient
 
 statement = pytest.mark.statement
 
-SUCCESS, INVALID_MOTION_PLAN, CONTROL_FAILED, PREEMPTED = 1, -2, -4, -7
+SUCCESS, INVALID_MOTION_PLAN, ENVIRONMENT_CHANGE, CONTROL_FAILED, PREEMPTED = 1, -2, -3, -4, -7
 TIP = 'link_6'
 
 
@@ -62,16 +62,42 @@ def part(*ways: Any, seconds: float = 0.5, thing: str = '') -> SubTrajectory:
     return made
 
 
-def run(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> Any:
-    """Execute parts; return code, message and the numbers of feedback."""
+def send(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> Any:
+    """Send parts; return the goal's handle and the numbers of its feedback."""
     seen: list[tuple[int, int]] = []
     goal = ExecuteTaskSolution.Goal(solution=Solution(sub_trajectory=list(parts)))
     assert action.wait_for_server(10.0)
     handle = arm.client.result(action.send_goal_async(
         goal, lambda m: seen.append((m.feedback.sub_id, m.feedback.sub_no))))
     assert handle.accepted
+    return handle, seen
+
+
+def ended(arm: Streamed, handle: Any) -> tuple[int, str]:
+    """Return code and message of a goal."""
     result = arm.client.result(handle.get_result_async(), 30.0).result
-    return result.error_code.val, result.error_code.message, seen
+    return result.error_code.val, result.error_code.message
+
+
+def run(arm: Streamed, action: PatientActionClient, *parts: SubTrajectory) -> Any:
+    """Execute parts; return code, message and the numbers of feedback."""
+    handle, seen = send(arm, action, *parts)
+    return *ended(arm, handle), seen
+
+
+def tip_at(arm: Streamed, positions: Any) -> Pose:
+    """Return the pose of the tip at joint positions."""
+    request = GetPositionFK.Request(fk_link_names=[TIP])
+    request.header.frame_id = 'world'
+    request.robot_state.joint_state.name = list(JOINTS)
+    request.robot_state.joint_state.position = [float(value) for value in positions]
+    return arm.client.call('/compute_fk', GetPositionFK, request).pose_stamped[0].pose
+
+
+def apply(arm: Streamed, scene: PlanningScene) -> bool:
+    """Apply a scene message; return whether all of it was taken."""
+    request = ApplyPlanningScene.Request(scene=scene)
+    return bool(arm.client.call('/apply_planning_scene', ApplyPlanningScene, request).success)
 
 
 def scene_of(arm: Streamed, components: int) -> PlanningScene:
@@ -129,6 +155,62 @@ def test_scene_differences_of_parts(arm: Streamed, action: PatientActionClient) 
         object=CollisionObject(operation=CollisionObject.REMOVE))]
     assert run(arm, action, drop)[0] == SUCCESS
     assert not attached(arm)
+
+
+@pytest.fixture
+def cleared(arm: Streamed) -> Iterator[None]:
+    """Take the obstacle out of the scene afterwards."""
+    yield
+    gone = CollisionObject(id='obstacle', operation=CollisionObject.REMOVE)
+    scene = PlanningScene(is_diff=True)
+    scene.robot_state.is_diff = True
+    scene.world.collision_objects = [gone]
+    assert apply(arm, scene)
+
+
+@statement('MTC-2')
+@pytest.mark.parametrize('when', ['before', 'by a part', 'meanwhile'])
+@pytest.mark.usefixtures('cleared')
+def test_an_obstacle_stops_a_part(arm: Streamed, action: PatientActionClient, when: str) -> None:
+    """
+    There before the goal, put there by an earlier part, or while the arm moves: -3.
+
+    Upstream: plan_execution.cpp, executeAndMonitor and successfulTrajectorySegmentExecution.
+    """
+    there = beside(0.6)
+    motion = part(PLACE, there, seconds=4.0)
+    place = tip_at(arm, there)
+    maker = part(thing='obstacle')
+    maker.scene_diff.world.collision_objects[0].pose = place
+    if when == 'before':
+        assert run(arm, action, maker)[0] == SUCCESS
+    parts = [maker, motion] if when == 'by a part' else [motion]
+    handle, _ = send(arm, action, *parts)
+    if when == 'meanwhile':
+        begin = arm.positions[0]
+        arm.until(lambda: abs(arm.positions[0] - begin) > 0.02, 'the arm moves')
+        assert apply(arm, maker.scene_diff)
+    code, message = ended(arm, handle)
+    assert code == ENVIRONMENT_CHANGE, message
+    assert "'obstacle'" in message
+
+
+@statement('MTC-2')
+def test_a_refused_change_of_the_scene_ends_a_task(
+    arm: Streamed, action: PatientActionClient
+) -> None:
+    """
+    What should follow it is not executed: -7.
+
+    Upstream: plan_execution.cpp, successfulTrajectorySegmentExecution (effect_on_success_).
+    """
+    first = part(thing='gone')
+    first.scene_diff.world.collision_objects[0].operation = CollisionObject.REMOVE
+    code, message, seen = run(arm, action, first, part(thing='never'))
+    assert code == PREEMPTED, message
+    assert 'part 0' in message
+    assert seen == [(0, 2)]
+    assert 'never' not in objects(arm)
 
 
 @statement('MTC-3')

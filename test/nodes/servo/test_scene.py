@@ -31,12 +31,14 @@ class Graph:
 
     def __init__(self):
         self.others, self.own, self.asked, self.wall = 0, [], 0, ''
-        self.receive, self.errors = {}, []
+        self.receive, self.errors, self.names = {}, [], set()
 
     def count_services(self, name):
+        self.names.add(name)
         return self.others + len(self.own)
 
     def create_client(self, kind, name):
+        self.names.add(name)
         return SimpleNamespace(service_is_ready=lambda: bool(self.others), call_async=self._ask)
 
     def create_subscription(self, kind, topic, receive, qos):
@@ -89,6 +91,18 @@ def test_another_one_is_followed(scene, primary):
     assert graph.asked == 1
     assert 'wall' in scene.objects
     assert not graph.own
+
+
+def test_the_scene_is_that_of_the_same_namespace(scene):
+    """
+    All names are relative.
+
+    Upstream: planning_scene_monitor.cpp, DEFAULT_PLANNING_SCENE_SERVICE.
+    """
+    graph = Graph()
+    SceneFollower(graph, scene, '/robot1/monitored_planning_scene', serves=False)
+    looks(graph, 6)
+    assert graph.names == {'get_planning_scene'}
 
 
 def test_alone_and_primary(scene):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from moveit_msgs.action import ExecuteTrajectory as TrajectoryAction
@@ -26,7 +27,10 @@ from armsim_ros.nodes.move_group.context import (
 )
 from armsim_ros.nodes.move_group.execution.controller_managers import selected_controllers
 from armsim_ros.nodes.move_group.execution.execution import ExecutionWatch
-from armsim_ros.nodes.move_group.execution.trajectory_execution import TrajectoryExecutionManager
+from armsim_ros.nodes.move_group.execution.trajectory_execution import (
+    PathWatch,
+    TrajectoryExecutionManager,
+)
 from armsim_ros.nodes.move_group.scene.scene_topics import apply_scene_message
 from armsim_ros.trajectory import JointTrajectory
 
@@ -84,8 +88,9 @@ class ExecuteTaskSolution:
     """
     Runs solutions of MoveIt Task Constructor.
 
-    All parts are checked before any motion starts. What a part changes in the scene
-    is changed when its motion has ended well; a part that fails ends the whole.
+    All parts are checked before any motion starts. What is in the way of a part, or comes into
+    it, stops the arm. What a part changes in the scene is changed when its motion has ended well;
+    a part that fails, or whose change is refused, ends the whole.
     """
 
     def __init__(self, context: Context, execution: TrajectoryExecutionManager) -> None:
@@ -149,8 +154,12 @@ class ExecuteTaskSolution:
     ) -> None:
         for number, (part, motion) in enumerate(zip(parts, trajectories, strict=True)):
             trajectory, multi_dof = motion
+            path = PathWatch(
+                self._context, trajectory.joint_names, partial(
+                    self._execution.obstruction, trajectory))
             outcome = (await self._execution.queued(
-                trajectory, ExecutionWatch(cancelled=lambda: goal.is_cancel_requested),
+                trajectory,
+                ExecutionWatch(cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid),
                 part.execution_info.controller_names,
                 multi_dof)).of_plan(cancelled=goal.is_cancel_requested)
             if not outcome.success:
@@ -158,16 +167,23 @@ class ExecuteTaskSolution:
             if goal.is_cancel_requested:
                 raise _in_part(number, parts, MoveItErrorCode.PREEMPTED, 'cancelled by the client')
             goal.publish_feedback(SolutionAction.Feedback(sub_id=number, sub_no=len(parts)))
-            await self._change_scene(number, part)
+            if not await self._change_scene(number, part):
+                raise _in_part(
+                    number, parts, MoveItErrorCode.PREEMPTED,
+                    'what it changes in the scene was refused, see the log of move_group')
 
-    async def _change_scene(self, number: int, part: SubTrajectory) -> None:
-        """Apply what a part changes; where the joints are, the robot itself publishes."""
+    async def _change_scene(self, number: int, part: SubTrajectory) -> bool:
+        """
+        Apply what a part changes; where the joints are, the robot itself publishes.
+
+        :returns: whether all of it was taken.
+        """
         scene = part.scene_diff
         scene.robot_state.joint_state = JointState()
         scene.robot_state.multi_dof_joint_state = MultiDOFJointState()
         scene.robot_state.is_diff = True  # what is attached stays
-        if not is_empty(scene):
-            await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}')
+        return is_empty(scene) or bool(
+            await apply_scene_message(self._context, scene, f'{SOURCE}: part {number}'))
 
 
 def _in_part(number: int, parts: Sequence[SubTrajectory], code: int, text: str) -> PlanningError:

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.execution.controller_selection import actuated, MultiDofTrajectory
-from armsim_ros.execution.rules import check_points, check_start, continues, meeting
+from armsim_ros.execution.rules import check_points, check_start, continues, meeting, obstruction
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.execution.controller_managers import (
     controller_manager,
@@ -38,27 +38,25 @@ class PathWatch:
     """
     Checks the rest of a trajectory for collisions in the monitored scene.
 
-    As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
-    changes of the scene count. What has changed since the trajectory was planned is checked at
-    once.
+    What has changed since the trajectory was planned is checked at once.
 
-    :param trajectory: that is being executed.
-    :param group: planning group that it moves.
-    :param planned_in: the monitored scene as it was when the plan was begun.
-    :param overlaid: returns a scene with the goal's scene difference.
+    :param joint_names: of the trajectory that is being executed.
+    :param fault: [s] since its start, scene -> where its rest collides, '' for nowhere; it is
+        called in the queries' thread.
+    :param planned_in: the monitored scene as it was when the plan was begun; None where that is
+        not known, so that the whole is checked at its start.
     """
 
     def __init__(
-        self, context: Context, trajectory: JointTrajectory, group: str,
-        planned_in: PlanningScene, overlaid: Callable[[PlanningScene], PlanningScene],
+        self, context: Context, joint_names: Sequence[str],
+        fault: Callable[[float, PlanningScene], str], planned_in: PlanningScene | None = None,
     ) -> None:
-        self._context, self._trajectory, self._group = context, trajectory, group
-        self._overlaid = overlaid
-        joints = set(trajectory.joint_names)
-        positions = planned_in.kinematic_model.positions(planned_in.q)
+        self._context, self._fault = context, fault
+        scene = planned_in or context.scene.snapshot()
+        joints, positions = set(joint_names), scene.kinematic_model.positions(scene.q)
         self._others = {name: positions[name] for robot in context.robots if not robot & joints
                         for name in robot}
-        self._checked = planned_in.content
+        self._checked = None if planned_in is None else planned_in.content
         self._pending: Future | None = None
 
     def invalid(self, elapsed: float) -> str:
@@ -80,12 +78,11 @@ class PathWatch:
         measured = context.states.positions
         others = {name: measured.get(name, before) for name, before in self._others.items()}
         moved = any(abs(others[name] - before) > MOVED for name, before in self._others.items())
-        if moved or not context.scene.content.collides_like(self._checked):
+        if moved or self._checked is None or not context.scene.content.collides_like(
+                self._checked):
             scene = context.scene.snapshot()
             self._checked, self._others = scene.content, others
-            self._pending = context.queries.submit(
-                lambda: context.query_planner.path_fault(
-                    self._trajectory, elapsed, self._overlaid(scene), self._group))
+            self._pending = context.queries.submit(lambda: self._fault(elapsed, scene))
         return ''
 
 
@@ -195,6 +192,19 @@ class TrajectoryExecutionManager:
             self._running.remove(turn)
             self._context.ticker.wake()
 
+    def obstruction(
+        self, trajectory: JointTrajectory, elapsed: float, scene: PlanningScene
+    ) -> str:
+        """
+        Return what is in the way of a trajectory's rest, links unpadded; only for queries' thread.
+
+        :param elapsed: [s] since its start.
+        """
+        contact = obstruction(
+            self._checker_of(scene.unpadded()), scene.q, _rest(trajectory, elapsed))
+        return '' if contact is None else (
+            f"'{contact.body1}' and '{contact.body2}' would touch on the rest of the path")
+
     def _turn(
         self, trajectory: JointTrajectory, watch: ExecutionWatch, names: Sequence[str],
         multi_dof: MultiDofTrajectory | None,
@@ -244,7 +254,7 @@ class TrajectoryExecutionManager:
         context = self._context
         now = context.states.now_ns()
         scene = context.scene.snapshot()
-        rests = [_rest(other, now) for other in others]
+        rests = [_rest(other.trajectory, (now - other.begin_ns) * 1e-9) for other in others]
 
         def look() -> str:
             checker = self._checker_of(scene)
@@ -267,11 +277,10 @@ class TrajectoryExecutionManager:
         return self._checker
 
 
-def _rest(turn: _Turn, now_ns: int) -> JointTrajectory:
-    """Return what is left of a trajectory, from the last point before now."""
-    elapsed = (now_ns - turn.begin_ns) * 1e-9
-    passed = int(np.sum(turn.trajectory.times < elapsed - 0.5))
-    return turn.trajectory.since(max(passed - 1, 0))
+def _rest(trajectory: JointTrajectory, elapsed: float) -> JointTrajectory:
+    """Return what is left of a trajectory [s] after its start, from the last point before."""
+    passed = int(np.sum(trajectory.times < elapsed - 0.5))
+    return trajectory.since(max(passed - 1, 0))
 
 
 class TrajectoryExecutionEvent:

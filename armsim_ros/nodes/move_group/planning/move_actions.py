@@ -104,12 +104,18 @@ async def execute_watched(
     """
     Execute a plan of a goal while nothing comes into its way.
 
+    As in MoveIt, links are not padded, path constraints are not checked, and the goal's own
+    changes of the scene count.
+
     :param group: planning group that it moves.
     :param planned_in: the monitored scene as it was when the plan was begun.
     """
     diff = goal.request.planning_options.planning_scene_diff
-    path = PathWatch(
-        context, trajectory, group, planned_in, lambda scene: overlay(scene, diff))
+
+    def fault(elapsed: float, scene: PlanningScene) -> str:
+        return context.query_planner.path_fault(trajectory, elapsed, overlay(scene, diff), group)
+
+    path = PathWatch(context, trajectory.joint_names, fault, planned_in)
     outcome = await execution.run(trajectory, ExecutionWatch(
         cancelled=lambda: goal.is_cancel_requested, invalid=path.invalid))
     return outcome.of_plan(cancelled=goal.is_cancel_requested)

@@ -15,10 +15,8 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import PathWatch
 from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.trajectory import JointTrajectory
 
-MOTION = JointTrajectory(
-    ('left_joint1', 'left_joint2'), np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, 1.0]]))
+JOINTS = ('left_joint1', 'left_joint2')
 BALL = CollisionObject('ball', shapes=(ObjectShape(Sphere(0.1)),))
 
 
@@ -38,24 +36,23 @@ def context(kinematics):
         future.set_result(check())
         return future
 
-    def path_fault(trajectory, elapsed, scene, group):
-        checked.append((trajectory, elapsed, scene.content, group))
-        return 'the other arm is in the way'
-
     arms = [frozenset(name for name in kinematics.names if name.startswith(arm))
             for arm in ('left', 'right')]
     return SimpleNamespace(
         robots=arms, checked=checked, scene=PlanningScene(kinematics),
         states=SimpleNamespace(positions=dict.fromkeys(kinematics.names, 0.0)),
-        queries=SimpleNamespace(submit=submit),
-        query_planner=SimpleNamespace(path_fault=path_fault))
+        queries=SimpleNamespace(submit=submit))
 
 
 @pytest.fixture
 def watch(context):
     """Return a function that watches a motion that was planned in the scene as it is."""
-    planned_in = context.scene.snapshot()
-    return lambda: PathWatch(context, MOTION, 'left', planned_in, lambda scene: scene)
+    def fault(elapsed, scene):
+        context.checked.append((elapsed, scene.content))
+        return 'the other arm is in the way'
+
+    present = context.scene.snapshot()
+    return lambda planned_in=present: PathWatch(context, JOINTS, fault, planned_in)
 
 
 @pytest.mark.parametrize(('joint', 'position', 'checks'), [
@@ -68,7 +65,7 @@ def test_a_motion_of_another_robot_triggers_a_check(context, watch, joint, posit
     context.states.positions[joint] = position
     assert path.invalid(0.2) == ''
     assert path.invalid(0.3) == ('the other arm is in the way' if checks else '')
-    assert context.checked == [(MOTION, 0.2, context.scene.content, 'left')] * checks
+    assert context.checked == [(0.2, context.scene.content)] * checks
 
 
 @pytest.mark.parametrize('change', [
@@ -95,3 +92,15 @@ def test_what_came_while_the_motion_was_planned_is_checked_at_once(context, watc
     path = watch()
     assert path.invalid(0.0) == ''
     assert path.invalid(0.1) == 'the other arm is in the way'
+
+
+def test_a_motion_whose_plan_is_not_known_is_checked_at_its_start(context, watch):
+    """
+    Such as a part of a task's solution.
+
+    Upstream: plan_execution.cpp, successfulTrajectorySegmentExecution.
+    """
+    path = watch(None)
+    assert path.invalid(0.0) == ''
+    assert path.invalid(0.1) == 'the other arm is in the way'
+    assert path.invalid(0.2) == ''
