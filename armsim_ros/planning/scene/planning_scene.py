@@ -48,8 +48,8 @@ class PlanningScene(SceneView):
     :param link_scale: default factor of every link's size against the world.
     :param auto_disable_adjacent: where the SRDF disables no pair, let neighbours touch.
     :param parent_frame: (4, 4) pose in the root link's frame of the frame that a fixed virtual
-        joint ties the robot to, the identity by default; it counts until TF or a message says
-        where that frame is.
+        joint ties the robot to, the identity by default; it counts until TF or a message has the
+        pose of that frame.
     """
 
     def __init__(
