@@ -9,10 +9,13 @@ from collections.abc import Sequence
 import gc
 from importlib.util import find_spec
 import sys
+from typing import TYPE_CHECKING
 
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
-from armsim_ros.nodes.bridge.configuration import BRIDGE, FOXGLOVE_BRIDGE, Interface
 from armsim_ros.nodes.robot_program import StopSignals
+
+if TYPE_CHECKING:
+    from armsim_ros.nodes.bridge.configuration import Interface
 
 #: What it is made with, all of the extra ``bridge``.
 NEEDED = ('websockets', 'cbor2')
@@ -30,6 +33,9 @@ def missing_package() -> str:
 
 def foxglove_bridge(argv: Sequence[str]) -> int:
     """Serve Foxglove alone, as foxglove_bridge does and with its parameters."""
+    # Not for bringup, which only looks whether the bridge can run.
+    from armsim_ros.nodes.bridge.configuration import FOXGLOVE_BRIDGE
+
     return _serve(argv, FOXGLOVE_BRIDGE)
 
 
@@ -40,6 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     :param argv: the arguments after the program's name; those of this process where None.
     :returns: 0 after a signal, 2 after a user's error.
     """
+    from armsim_ros.nodes.bridge.configuration import BRIDGE
+
     return _serve(sys.argv[1:] if argv is None else argv, BRIDGE)
 
 
