@@ -9,8 +9,10 @@ from contextlib import suppress
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 import os
 from selectors import DefaultSelector, EVENT_READ
+from traceback import format_exception
 from typing import Any
 
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -72,15 +74,12 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
             self._selectors.append(DefaultSelector())
             for event in (ours, process.sentinel):
                 self._selectors[-1].register(event, EVENT_READ)
-        self._own: _Share | None = None
+        self._own = _Share(make, len(self._shares[0]), mode)
+        #: Whether answers are awaited; it stays so where a call was interrupted.
+        self._pending = True
         try:
-            try:
-                self._own = _Share(make, len(self._shares[0]), mode)
-                own: Any = self._own.facts
-            except ArmsimError as error:
-                own = _Failure(0, str(error))
-            facts = self._answers(own)[0]
-        except ArmsimError:
+            facts = self._answers(self._own.begin())[0]
+        except BaseException:
             self.close()
             raise
         self.single_observation_space, self.single_action_space = facts[:2]
@@ -109,8 +108,8 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
         mask = options.pop('reset_mask', np.ones(self.num_envs, dtype=np.bool_))
         rows = self._scattered('reset', [
             (seeds[place], options, bool(mask[place])) for place in range(self.num_envs)])
-        self._begun = [observation for observation, _ in rows]
-        return self._stacked(self._begun), self._infos([info for _, info in rows])
+        observations, infos = zip(*rows, strict=True)
+        return self._stacked(observations), self._infos(infos)
 
     def step(
         self, actions: Any
@@ -142,8 +141,7 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the environments and end the processes."""
-        if self._own is not None:
-            self._own.close()
+        self._own.close()
         for selector, pipe in zip(self._selectors, self._pipes, strict=True):
             selector.close()
             pipe.close()
@@ -163,14 +161,18 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _scattered(self, method: str, arguments: Sequence[Any]) -> list[Any]:
         """Return what each environment answers, in their order."""
+        if self._pending:
+            raise ArmsimError('an earlier call was interrupted, so that the environments are at '
+                              'different steps; close this vector and make a new one')
         parts = [[arguments[place] for place in share] for share in self._shares]
-        for part, pipe in zip(parts[1:], self._pipes, strict=True):
+        messages = [ForkingPickler.dumps((method, part)) for part in parts[1:]]
+        self._pending = True
+        for message, pipe in zip(messages, self._pipes, strict=True):
             with suppress(BrokenPipeError):  # it has ended; its answer will report that
-                pipe.send((method, part))
-        assert self._own is not None
-        own = self._own.do(method, parts[0])
+                pipe.send_bytes(message)
         rows: list[Any] = [None] * self.num_envs
-        for share, answers in zip(self._shares, self._answers(own), strict=True):
+        answered = self._answers(self._own.do(method, parts[0]))
+        for share, answers in zip(self._shares, answered, strict=True):
             for place, answer in zip(share, answers, strict=True):
                 rows[place] = answer
         return rows
@@ -185,6 +187,7 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
                 place = self._shares[number][answer.place]
                 failures.append(f'environment {place}: {answer.text}')
             answers.append(answer)
+        self._pending = False
         if failures:
             raise ArmsimError(failures[0])
         return answers
@@ -197,14 +200,22 @@ class ArmVectorEnv(VectorEnv[Any, Any, Any]):
                     return pipe.recv()
             except (EOFError, ConnectionResetError):
                 process.join()
-                return _Failure(0, f'its process has ended (status {process.exitcode})')
+                return _Failure(0, ArmsimError(
+                    f'its process has ended (status {process.exitcode})'))
 
 
 class _Failure:
-    """What a process could not do: which of its environments, and why."""
+    """
+    What a process could not do.
 
-    def __init__(self, place: int, text: str) -> None:
-        self.place, self.text = place, text
+    :param place: which of its environments could not.
+    :param error: why; an error of the environment's own code is kept with its traceback.
+    """
+
+    def __init__(self, place: int, error: Exception) -> None:
+        expected = isinstance(error, (ArmsimError, ValueError))
+        self.place = place
+        self.text = str(error) if expected else ''.join(format_exception(error)).rstrip()
 
 
 class _Row:
@@ -247,11 +258,19 @@ class _Share:
     """The environments of a process."""
 
     def __init__(self, make: MakeEnv, count: int, mode: str) -> None:
-        self._envs = [make() for _ in range(count)]
-        self._rows = [_Row(env, mode) for env in self._envs]
+        self._make, self._count, self._mode = make, count, mode
+        self._envs: list[ArmEnv] = []
+
+    def begin(self) -> tuple[Any, ...] | _Failure:
+        """Make the environments; return spaces, metadata and render mode, or what failed."""
+        try:
+            while len(self._envs) < self._count:
+                self._envs.append(self._make())
+        except Exception as error:  # noqa: BLE001 - the code of a task may raise anything
+            return _Failure(len(self._envs), error)
+        self._rows = [_Row(env, self._mode) for env in self._envs]
         first = self._envs[0]
-        self.facts = (
-            first.observation_space, first.action_space, first.metadata, first.render_mode)
+        return first.observation_space, first.action_space, first.metadata, first.render_mode
 
     def do(self, method: str, arguments: Sequence[Any]) -> list[Any] | _Failure:
         """Return what each environment answers, or what the first cannot do."""
@@ -259,8 +278,8 @@ class _Share:
         try:
             for row, argument in zip(self._rows, arguments, strict=True):
                 answers.append(getattr(row, method)(argument))
-        except (ArmsimError, ValueError) as error:
-            return _Failure(len(answers), str(error))
+        except Exception as error:  # noqa: BLE001 - the code of a task may raise anything
+            return _Failure(len(answers), error)
         return answers
 
     def close(self) -> None:
@@ -270,16 +289,22 @@ class _Share:
 
 def _serve(pipe: Connection, make: MakeEnv, count: int, mode: str) -> None:
     """Run environments until the other end of the pipe is closed."""
+    share = _Share(make, count, mode)
     try:
-        share = _Share(make, count, mode)
-        pipe.send(share.facts)
+        answer: Any = share.begin()
         while True:
-            method, arguments = pipe.recv()
-            pipe.send(share.do(method, arguments))
-    except ArmsimError as error:
-        pipe.send(_Failure(0, str(error)))
+            pipe.send_bytes(_message_of(answer))
+            answer = share.do(*pipe.recv())
     except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
         return
+
+
+def _message_of(answer: Any) -> memoryview:
+    """Return the bytes of an answer, or of the failure that it cannot be sent."""
+    try:
+        return ForkingPickler.dumps(answer)
+    except Exception as error:  # noqa: BLE001 - what a class refuses to pickle with is its own
+        return ForkingPickler.dumps(_Failure(0, error))
 
 
 def vector_of(env_class: type[ArmEnv], num_envs: int = 1, **arguments: Any) -> ArmVectorEnv:

@@ -4,12 +4,14 @@
 
 from contextlib import closing
 from functools import partial
+from multiprocessing import active_children
 import os
 import signal
 
 from gymnasium.vector import AutoresetMode
 import numpy as np
 import pytest
+from step_counter import FAILS, INTERRUPTED, StepCounter, UNPICKLABLE
 
 from armsim_ros.env import ArmEnv, ArmVectorEnv
 from armsim_ros.errors import ArmsimError, ConfigError
@@ -17,6 +19,20 @@ from armsim_ros.errors import ArmsimError, ConfigError
 RANGES = {'objects': {'cube': {'mass': (0.1, 0.5)}}, 'joints': {'joint_1': (-0.3, 0.3)}}
 TURN = np.array([0.5, 0.1, 0.0, 0.0, 0.2, 0.0, 0.0])
 make = partial(ArmEnv, action='velocity', randomize=RANGES, max_steps=4)
+
+
+@pytest.fixture
+def counters():
+    """Return a vector of an environment of this process and one of another, at step 1."""
+    with closing(ArmVectorEnv(StepCounter, 2, workers=2)) as vector:
+        vector.reset(seed=0)
+        vector.step(np.zeros((2, 1)))
+        yield vector
+
+
+def steps_of(vector):
+    """Return which step each environment is at after another one."""
+    return vector.step(np.zeros((2, 1)))[0][:, 0].tolist()
 
 
 def single(env, seed, mode):
@@ -70,3 +86,46 @@ def test_an_environment_that_cannot_be_made_is_told():
         ArmVectorEnv(partial(ArmEnv, 'sundy'), 1)
     with pytest.raises(ConfigError, match='num_envs=0'):
         ArmVectorEnv(make, 0)
+
+
+@pytest.mark.parametrize('place', [0, 1])
+def test_an_exception_of_a_task_ends_the_call_alone(counters, place):
+    """It is raised with its traceback; later calls return the answers of their own steps."""
+    actions = np.zeros((2, 1))
+    actions[place] = FAILS
+    with pytest.raises(ArmsimError, match=(
+            rf'(?s)environment {place}: Traceback .*step_counter.*RuntimeError: no reward')):
+        counters.step(actions)
+    counters.reset(seed=0)
+    assert steps_of(counters) == [1.0, 1.0]
+    assert steps_of(counters) == [2.0, 2.0]
+
+
+def test_a_call_that_was_interrupted_is_never_answered_later(counters):
+    """After Ctrl-C in a step, answers of that step are not taken for those of the next."""
+    with pytest.raises(KeyboardInterrupt):
+        counters.step(np.array([[INTERRUPTED], [0.0]]))
+    with pytest.raises(ArmsimError, match='an earlier call was interrupted'):
+        counters.reset(seed=0)
+
+
+def test_an_answer_that_cannot_be_pickled_is_told(counters):
+    """The process that has the environment goes on."""
+    with pytest.raises(ArmsimError, match=r'(?s)environment 1: .*cannot pickle'):
+        counters.get_attr(UNPICKLABLE)
+    assert steps_of(counters) == [2.0, 2.0]
+
+
+def test_an_argument_that_cannot_be_pickled_reaches_no_environment(counters):
+    """The error is Python's, and no environment has done the step."""
+    with pytest.raises(TypeError, match='cannot pickle'):
+        counters.call('step', getattr(StepCounter, UNPICKLABLE))
+    assert steps_of(counters) == [2.0, 2.0]
+
+
+def test_an_exception_of_a_maker_leaves_no_process():
+    """A wrong argument is told with the number of the environment, and all processes end."""
+    before = set(active_children())
+    with pytest.raises(ArmsimError, match=r"(?s)environment 0: .*TypeError.*'colour'"):
+        ArmVectorEnv(partial(StepCounter, colour=1), 2, workers=2)
+    assert set(active_children()) == before
