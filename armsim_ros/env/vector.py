@@ -224,34 +224,35 @@ class _Row:
     def __init__(self, env: ArmEnv, mode: str) -> None:
         self._env, self._mode = env, mode
         self._ended = False
-        self._last: tuple[Any, dict[str, Any]] | None = None
+        self._last: Any = None
 
     def reset(self, arguments: tuple[int | None, dict[str, Any], bool]) -> tuple[Any, Any]:
         seed, options, begins = arguments
         if not begins and self._last is not None:
-            return self._last[0], {}
-        self._ended = False
-        self._last = self._env.reset(seed=seed, options=options)
-        return self._last
+            return self._last, {}
+        return self._begun(seed=seed, options=options)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         if self._ended and self._mode == AutoresetMode.NEXT_STEP.value:
-            self._ended = False
-            observation, info = self._env.reset()
+            observation, info = self._begun()
             return observation, 0.0, False, False, info
         observation, reward, terminated, truncated, info = self._env.step(action)
-        self._ended = terminated or truncated
+        self._last, self._ended = observation, terminated or truncated
         if self._ended and self._mode == AutoresetMode.SAME_STEP.value:
             last, final = observation, info
-            observation, info = self._env.reset()
+            observation, info = self._begun()
             info = {**info, 'final_obs': last, 'final_info': final}
-        self._last = observation, info
         return observation, reward, terminated, truncated, info
 
     def call(self, arguments: tuple[str, Any, Any]) -> Any:
         name, args, kwargs = arguments
         found = getattr(self._env, name)
         return found(*args, **kwargs) if callable(found) else found
+
+    def _begun(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+        observation, info = self._env.reset(**arguments)
+        self._last, self._ended = observation, False
+        return observation, info
 
 
 class _Share:

@@ -8,7 +8,7 @@ from multiprocessing import active_children
 import os
 import signal
 
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 import numpy as np
 import pytest
 from step_counter import FAILS, INTERRUPTED, StepCounter, UNPICKLABLE
@@ -129,3 +129,18 @@ def test_an_exception_of_a_maker_leaves_no_process():
     with pytest.raises(ArmsimError, match=r"(?s)environment 0: .*TypeError.*'colour'"):
         ArmVectorEnv(partial(StepCounter, colour=1), 2, workers=2)
     assert set(active_children()) == before
+
+
+@pytest.mark.parametrize('mode', [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_a_masked_reset_observes_the_others_where_they_are(mode):
+    """As in Gymnasium (sync_vector_env.py, reset): also after an episode began by itself."""
+    observed = []
+    for vector in (SyncVectorEnv([StepCounter] * 2, autoreset_mode=mode),
+                   ArmVectorEnv(StepCounter, 2, workers=1, autoreset_mode=mode)):
+        with closing(vector):
+            vector.reset(seed=0)
+            for _ in range(StepCounter.length + 1):
+                vector.step(np.zeros((2, 1)))
+            mask = np.array([False, True])
+            observed.append(vector.reset(options={'reset_mask': mask})[0].tolist())
+    assert observed[0] == observed[1]
