@@ -6,11 +6,8 @@ Manipulation tasks as Gymnasium environments.
 ``gymnasium.make('armsim_ros.tasks:armsim/PickCube-v1')`` makes a task in any process.
 """
 
-from functools import partial
-
 from gymnasium import register
 
-from armsim_ros.env.vector import vector_of
 from armsim_ros.tasks.base import TaskEnv
 from armsim_ros.tasks.manipulation import PickCube, PlaceCube, PushCube, Reach, StackCubes
 
@@ -21,7 +18,7 @@ TASKS: dict[str, type[TaskEnv]] = {
 for _name, _task in TASKS.items():
     register(
         f'armsim/{_name}', entry_point=f'{_task.__module__}:{_task.__name__}',
-        vector_entry_point=partial(vector_of, _task),
+        vector_entry_point=f'armsim_ros.tasks.vectors:{_task.__name__}',
         max_episode_steps=_task.default_steps)
 
 __all__ = ['TASKS', 'PickCube', 'PlaceCube', 'PushCube', 'Reach', 'StackCubes', 'TaskEnv']

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The environment in Gymnasium's hands."""
 
+from contextlib import closing
 from functools import partial
 
 import gymnasium
@@ -11,8 +12,10 @@ import numpy as np
 import pytest
 
 from armsim_ros.env import ArmEnv
+from armsim_ros.tasks import TASKS
 
 statement = pytest.mark.statement
+
 
 @statement('H1')
 @pytest.mark.filterwarnings('ignore:.*(Box (action|observation) space|alternative render modes)')
@@ -44,3 +47,16 @@ def test_gymnasiums_processes_give_equal_results(new_env):
             one, *_ = env.step(action)
         for name, values in one.items():
             assert values.tobytes() == observed[name][place].tobytes()
+
+
+@pytest.mark.parametrize('name', TASKS)
+def test_the_spec_of_a_task_survives_json(name):
+    """What is read back from ``to_json`` makes the same task, alone and as a vector."""
+    with closing(gymnasium.make(f'armsim/{name}', robot='panda')) as env:
+        text = env.spec.to_json()
+    spec = gymnasium.envs.registration.EnvSpec.from_json(text)
+    with closing(gymnasium.make(spec)) as again:
+        assert type(again.unwrapped) is TASKS[name]
+        assert again.unwrapped.joints == env.unwrapped.joints
+    with closing(gymnasium.make_vec(spec, num_envs=1)) as vector:
+        assert vector.call('task') == (TASKS[name].task,)
