@@ -44,7 +44,8 @@ class Source:
     :param env_id: such as ``armsim/PickCube-v1``.
     :param arguments: those of the task.
     :param policy: ``expert``, ``random`` or ``MODULE:CALLABLE``, which gets an observation and
-        returns an action; where it has ``reset``, that is called before an episode. Or the folder
+        returns an action. Before each episode its attribute ``task_description`` is set to that
+        of the task and its ``reset`` is called, where it has these. Or the folder
         ``pretrained_model`` of a policy that LeRobot has trained, which brings the arguments
         that it needs.
     """
@@ -68,7 +69,7 @@ class EpisodeRunner:
     """
 
     def __init__(self, source: Source, policy: Policy | None = None) -> None:
-        self._policy = policy
+        self._policy: Any = policy
         if policy is None and source.policy not in (EXPERT, RANDOM):
             self._policy = imported(source.policy)
         suited: Mapping[str, Any] = getattr(self._policy, 'arguments', {})
@@ -132,8 +133,11 @@ class EpisodeRunner:
 
     def _policy_of(self, seed: int) -> Policy:
         if self._policy is not None:
+            policy: Policy = self._policy
+            if hasattr(self._policy, 'task_description'):
+                self._policy.task_description = self.task.task_description
             getattr(self._policy, 'reset', lambda: None)()
-            return self._policy
+            return policy
         if self.source.policy == EXPERT:
             return lambda observation: self.task.expert()
         random, space = stream(seed, 'policy'), self.task.action_space

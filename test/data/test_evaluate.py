@@ -61,6 +61,33 @@ def test_a_policy_with_a_memory_is_reset_for_each_episode(capsys):
     assert Counting.begun == 2
 
 
+class Instructed:
+    """A policy that follows an instruction, which it gets before its ``reset``."""
+
+    task_description = ''
+
+    def __init__(self):
+        self.instructions = []
+
+    def reset(self):
+        """Begin an episode."""
+        self.instructions.append(self.task_description)
+
+    def __call__(self, observation):
+        """Return an action that moves nothing far."""
+        return np.zeros(7)
+
+
+instructed = Instructed()
+
+
+def test_a_policy_with_an_instruction_gets_that_of_the_task(capsys):
+    """As in LeRobot (lerobot_eval.py, rollout): the task's description, in each episode."""
+    assert main(['evaluate', 'armsim/Reach-v1', '--policy', f'{__name__}:instructed',
+                 '--episodes', '2']) == 0
+    assert instructed.instructions == ['Move the hand to the green ball.'] * 2
+
+
 def test_a_policy_of_lerobot_needs_the_plug_in(tmp_path, monkeypatch, capsys):
     """Without it, its folder is one message with what to install."""
     monkeypatch.setitem(sys.modules, 'lerobot_robot_armsim.checkpoint', None)

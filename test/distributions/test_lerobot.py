@@ -6,10 +6,12 @@ LeRobot opens what is collected, and finds environment, robot and expert: ``make
 Elsewhere these tests are skipped: LeRobot needs Python 3.12 and some gigabytes.
 """
 
+from contextlib import closing
+
 import pytest
 
 from armsim_ros.data import collect, Plan
-from armsim_ros.data.episodes import Source
+from armsim_ros.data.episodes import EpisodeRunner, Source
 
 pytest.importorskip('lerobot')
 plugin = pytest.importorskip('lerobot_robot_armsim')
@@ -135,16 +137,15 @@ def test_devices_are_found_by_their_types():
         plugin.Armsim(plugin.ArmsimConfig(id='arm')).get_observation()
 
 
-def test_a_trained_policy_is_evaluated(folder, tmp_path, capsys):
-    """A checkpoint chooses what is observed; the command prints the outcome of each seed."""
+@pytest.fixture
+def checkpoint(folder, tmp_path):
+    """Return the folder of a small policy that knows the features of the data set."""
     from lerobot.configs.types import FeatureType
     from lerobot.datasets.lerobot_dataset import LeRobotDataset
     from lerobot.policies.act.configuration_act import ACTConfig
     from lerobot.policies.act.modeling_act import ACTPolicy
     from lerobot.policies.factory import make_pre_post_processors
     from lerobot.utils.feature_utils import dataset_to_policy_features
-
-    from armsim_ros.cli.main import main
 
     data = LeRobotDataset('any/name', root=folder, video_backend='pyav')
     features = dataset_to_policy_features(data.meta.features)
@@ -158,6 +159,30 @@ def test_a_trained_policy_is_evaluated(folder, tmp_path, capsys):
     ACTPolicy(config).save_pretrained(tmp_path)
     for processor in make_pre_post_processors(config, dataset_stats=data.meta.stats):
         processor.save_pretrained(tmp_path)
-    assert main(['evaluate', 'armsim/PickCube-v1', '--policy', str(tmp_path),
+    return tmp_path
+
+
+def test_a_trained_policy_is_evaluated(checkpoint, capsys):
+    """A checkpoint chooses what is observed; the command prints the outcome of each seed."""
+    from armsim_ros.cli.main import main
+
+    assert main(['evaluate', 'armsim/PickCube-v1', '--policy', str(checkpoint),
                  '--episodes', '1']) == 0
     assert 'of 1 episodes succeed' in capsys.readouterr().out
+
+
+def test_a_trained_policy_gets_the_instruction(checkpoint, monkeypatch):
+    """As in LeRobot (lerobot_eval.py, rollout): the task's description, beside what it sees."""
+    from lerobot_robot_armsim.checkpoint import Checkpoint
+
+    policy, instructions = Checkpoint(checkpoint), []
+    before = policy._before
+
+    def preprocessed(batch):
+        instructions.append(batch['task'])
+        return before(batch)
+
+    monkeypatch.setattr(policy, '_before', preprocessed)
+    with closing(EpisodeRunner(Source('armsim/PickCube-v1'), policy)) as runner:
+        next(runner.steps(0))
+    assert instructions == ['Pick up the red cube.']

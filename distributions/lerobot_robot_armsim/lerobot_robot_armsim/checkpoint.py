@@ -30,6 +30,8 @@ class Checkpoint:
             config, pretrained_path=str(folder),
             preprocessor_overrides={'device_processor': {'device': str(self._device)}})
         self._features = config.input_features
+        #: The instruction of an episode; policies of vision and language read it.
+        self.task_description = ''
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -51,5 +53,6 @@ class Checkpoint:
         frame = {name: value for name, value in frames_of(observation).items()
                  if name in self._features}
         action = predict_action(
-            frame, self._policy, self._device, self._before, self._after, use_amp=False)
+            frame, self._policy, self._device, self._before, self._after, use_amp=False,
+            task=self.task_description)
         return action.squeeze(0).cpu().numpy()
