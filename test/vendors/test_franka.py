@@ -6,6 +6,7 @@ Answers of Franka's endpoints, without a middleware between client and arm.
 As ``franka_param_service_server.cpp`` and ``franka_robot_state.cpp`` of franka_ros2.
 """
 
+import math
 from types import SimpleNamespace
 
 from direct_nodes import Node, Nodes
@@ -87,6 +88,10 @@ def test_parameters_are_refused_while_a_controller_moves_the_arm(sim, nodes):
     ('set_tcp_frame', {'transformation': [1.0] * 16}),
     ('set_force_torque_collision_behavior', behavior(0.0, 1.0)),
     ('set_load', {'mass': -1.0}),
+    ('set_load', {'mass': math.nan}),
+    ('set_load', {'mass': math.inf}),
+    ('set_load', {'mass': 1.0, 'center_of_mass': [math.nan, 0.0, 0.0]}),
+    ('set_load', {'mass': 1.0, 'load_inertia': [math.nan] * 9}),
 ])
 def test_what_cannot_be_is_refused(nodes, name, request_):
     """HW-D3: The answer has the reason."""

@@ -7,10 +7,13 @@ As ``gpio_controller.cpp`` (setIO, setSpeedSlider) and ``dashboard_client_ros.cp
 (initServices, handleSafetyModeQuery) of ur_robot_driver.
 """
 
+import math
 from types import SimpleNamespace
 
 from direct_nodes import Node, Nodes
+from geometry_msgs.msg import Vector3
 import pytest
+from ur_msgs.msg import Analog
 
 from armsim_ros.nodes.vendors.ur_dashboard import Dashboard, headless
 from armsim_ros.nodes.vendors.ur_endpoints import IoAndStatus
@@ -118,10 +121,30 @@ def test_an_output_is_set(io, request_, signal):
 @pytest.mark.parametrize('request_', [
     {'fun': 1, 'pin': 18, 'state': 1.0}, {'fun': 1, 'pin': -1, 'state': 1.0},
     {'fun': 2, 'pin': 0, 'state': 1.0}, {'fun': 3, 'pin': 2, 'state': 1.0},
-    {'fun': 4, 'pin': 0, 'state': 5.0}])
+    {'fun': 4, 'pin': 0, 'state': 5.0},
+    {'fun': 3, 'pin': 0, 'state': 1.5}, {'fun': 3, 'pin': 0, 'state': -0.1},
+    {'fun': 3, 'pin': 0, 'state': math.nan}])
 def test_an_output_that_there_is_not_is_refused(io, request_):
-    """HW-C2: Other functions, pins and voltages fail."""
+    """HW-C2: Other functions, pins, voltages and shares fail (sendStandardAnalogOutput)."""
     assert not io.call('set_io', **request_).success
+
+
+@pytest.mark.parametrize(('state', 'success'), [
+    (0.0, True), (1.0, True), (1.5, False), (-0.1, False), (math.nan, False)])
+def test_an_analog_output_is_a_share_of_its_range(io, state, success):
+    """As ``RTDEWriter::sendStandardAnalogOutput``; what is refused sets nothing."""
+    answer = io.call('set_analog_output', data=Analog(pin=1, domain=1, state=state))
+    assert answer.success is success
+    assert io.arm.signals.get('analog_out_1') == (state if success else 0.0)
+
+
+@pytest.mark.parametrize('request_', [
+    {'mass': math.nan}, {'mass': math.inf}, {'mass': 1.0, 'ixx': math.nan},
+    {'mass': 1.0, 'center_of_gravity': Vector3(y=math.nan)}])
+def test_a_payload_that_is_not_finite_is_refused(io, request_):
+    """As ``checkAsyncIO`` (hardware_interface.cpp), which sends no such payload."""
+    assert not io.call('set_payload', **request_).success
+    assert not io.manager.hardware.payloads
 
 
 def test_an_inactive_controller_refuses_everything(io):

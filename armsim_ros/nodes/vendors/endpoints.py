@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
+import math
+from traceback import format_exception
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -79,7 +81,7 @@ class ArmNodes:
     def service(self, node: Node, kind: Any, name: str,
                 answer: Callable[[Any, Any], object]) -> None:
         """
-        Create a service.
+        Create a service; whatever fails is answered, since clients wait for ever otherwise.
 
         :param answer: fills the response to a request; may change the arm.
         """
@@ -88,6 +90,9 @@ class ArmNodes:
                 await self.change(lambda: answer(request, response))
             except SimulationError as error:
                 _fail(response, str(error))
+            except Exception as error:  # noqa: BLE001 - logged, and told to the client
+                node.get_logger().error(f'{name}: {"".join(format_exception(error))}')
+                _fail(response, f'{type(error).__name__}: {error}')
             return response
         node.create_service(kind, name, handle, callback_group=self._group)
 
@@ -111,8 +116,9 @@ class ArmNodes:
         """Have the drives compensate a load at the vendor's tool; return why that fails."""
         tool = self.arm.vendor.tool
         link = next((name for name in self.robot.model.links if name.endswith(tool)), '')
-        if not link or mass < 0.0:
-            return f"no payload of {mass:g} kg at link '{tool}'"
+        if not link or mass < 0.0 or not all(map(math.isfinite, (mass, *centre))):
+            return (f"no payload of {mass:g} kg with centre {[*centre]} at link '{tool}'; "
+                    'allowed: finite numbers, 0 kg or more')
         self.manager.hardware.set_payload(link, mass, centre)
         return ''
 

@@ -180,10 +180,12 @@ class ParameterServices:
 
     def _set_load(self, request: Any) -> str:
         centre = [float(value) for value in request.center_of_mass]
+        inertia = np.reshape(request.load_inertia, (3, 3))
+        if not np.isfinite(inertia).all():
+            return f'inertia {inertia.tolist()} has a number that is not finite'
         refusal = self._nodes.set_payload(request.mass, centre)
         if not refusal:
-            self._parameters.load = Mass(
-                float(request.mass), np.array(centre), np.reshape(request.load_inertia, (3, 3)))
+            self._parameters.load = Mass(float(request.mass), np.array(centre), inertia)
         return refusal
 
 

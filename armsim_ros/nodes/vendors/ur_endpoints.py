@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+import math
 from typing import Any
 
 from rclpy.node import Node
@@ -33,6 +34,8 @@ from armsim_ros.nodes.vendors.ur_urscript import UrScript
 
 DIGITAL_PINS, ANALOG_PINS = 18, 2
 TOOL_VOLTAGES = (0, 12, 24)
+#: Of a payload, in the order of the driver; older ``ur_msgs`` have none.
+INERTIA = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
 #: Begin of the parameters that set inputs.
 INPUT = 'io.'
 #: Freedrive ends so long after the last message that asked for it [ns].
@@ -124,26 +127,32 @@ class IoAndStatus:
         signals, pin = self._arm.signals, request.pin
         if request.fun == SetIO.Request.FUN_SET_DIGITAL_OUT and 0 <= pin < DIGITAL_PINS:
             signals.set(f'digital_out_{pin}', float(request.state != 0.0))
-        elif request.fun == SetIO.Request.FUN_SET_ANALOG_OUT and 0 <= pin < ANALOG_PINS:
+        elif (request.fun == SetIO.Request.FUN_SET_ANALOG_OUT and 0 <= pin < ANALOG_PINS
+                and 0.0 <= request.state <= 1.0):
             signals.set(f'analog_out_{pin}', request.state)
         elif (request.fun == SetIO.Request.FUN_SET_TOOL_VOLTAGE
                 and request.state in TOOL_VOLTAGES):
             signals.set('tool_voltage', request.state)
         else:
             return (f'set_io: no function {request.fun} with pin {pin} and state '
-                    f'{request.state:g}; allowed: 1 with pins 0 to 17, 3 with pins 0 and 1, '
-                    '4 with 0, 12 or 24')
+                    f'{request.state:g}; allowed: 1 with pins 0 to 17, 3 with pins 0 and 1 '
+                    'and 0 to 1, 4 with 0, 12 or 24')
         return ''
 
     def _set_analog_output(self, request: SetAnalogOutput.Request) -> str:
         data = request.data
         if data.pin >= ANALOG_PINS or data.domain not in (Analog.CURRENT, Analog.VOLTAGE):
             return f'no analog output {data.pin} with domain {data.domain}; allowed: 0 and 1'
+        if not 0.0 <= data.state <= 1.0:
+            return f'analog output {data.pin} cannot be at {data.state:g}; allowed: 0 to 1'
         self._arm.signals.set(f'analog_out_domain_{data.pin}', data.domain)
         self._arm.signals.set(f'analog_out_{data.pin}', data.state)
         return ''
 
     def _set_payload(self, request: SetPayload.Request) -> str:
+        inertia = [getattr(request, name) for name in INERTIA if hasattr(request, name)]
+        if not all(map(math.isfinite, inertia)):
+            return f'set_payload: inertia {inertia} has a number that is not finite'
         centre = request.center_of_gravity
         return self._nodes.set_payload(request.mass, (centre.x, centre.y, centre.z))
 
