@@ -30,6 +30,8 @@ class Vendor:
         does, the controllers of the arm are inactive.
     :param pace: state interface with the pace of trajectories, without the robot's prefix.
     :param tool: link at which payloads are given, without the robot's prefix.
+    :param pose: sensor with the pose of the tool, which the hardware has whatever the URDF
+        declares, and the link in whose frame it is; both without the robot's prefix.
     :param finger: end of the name of the joint that moves the fingers of the vendor's hand.
     :param endpoints: ``module:function`` that makes what the driver offers to ROS beside its
         controllers; see ``armsim_ros.nodes.vendors``.
@@ -46,6 +48,7 @@ class Vendor:
     program: bool = False
     pace: str = ''
     tool: str = ''
+    pose: tuple[str, str] | None = None
     finger: str = ''
     endpoints: str = ''
 
@@ -64,6 +67,7 @@ _UNIVERSAL_ROBOTS = Vendor(
     program=True,
     pace='speed_scaling/speed_scaling_factor',
     tool='tool0',
+    pose=('tcp_pose', 'base'),
     endpoints='armsim_ros.nodes.vendors.ur_endpoints:UniversalRobots')
 
 #: External torques of Franka's arms that are a contact, and that are a collision [N*m]. As

@@ -157,7 +157,8 @@ def _prefixed(element: XmlElement, names: Mapping[str, tuple[str, ...]], prefix:
 
 def _hardware(system: HardwareSystem, prefix: str) -> HardwareSystem:
     joints = tuple(replace(joint, name=prefix + joint.name) for joint in system.joints)
-    sensors = tuple(replace(sensor, name=prefix + sensor.name, frame=prefix + sensor.frame)
+    sensors = tuple(replace(sensor, name=prefix + sensor.name, frame=prefix + sensor.frame,
+                            reference=sensor.reference and prefix + sensor.reference)
                     for sensor in system.sensors)
     states = {prefix + name: value for name, value in system.other_states.items()}
     commands = tuple(prefix + name for name in system.other_commands)

@@ -175,11 +175,13 @@ class HardwareSensor:
 
     :param frame: the link in whose frame it measures.
     :param states: names of its interfaces, such as ``force.x``.
+    :param reference: the link in whose frame a pose is; '' for the root link.
     """
 
     name: str
     frame: str
     states: tuple[str, ...] = ()
+    reference: str = ''
 
 
 #: Words in the names of packages with the plugins of simulators.

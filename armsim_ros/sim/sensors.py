@@ -36,7 +36,8 @@ class Sensors:
     A force and its torque are those that everything beyond the frame exerts on the arm, as a
     sensor in a wrist has them: the weight of what hangs there pulls. The linear acceleration is
     that of an accelerometer, which at rest points upwards with 9.81 m/s^2. The orientation is
-    that of the frame in the world; beside a position both are those in the robot's root link.
+    that of the frame in the world; beside a position both are those in the sensor's reference,
+    which is the robot's root link where it has none.
     All vectors are in the axes of the frame.
 
     :param model: declares them.
@@ -89,8 +90,8 @@ class Sensors:
             if kinds.intersection(_MOTION):
                 _add(values, _MOTION, self._motion(frame))
             if 'position' in kinds:
-                root = self._plant.pose(self._plant.body(self._root))
-                pose = inverse_pose(root) @ self._plant.pose(frame)
+                reference = self._plant.body(sensor.reference or self._root)
+                pose = inverse_pose(self._plant.pose(reference)) @ self._plant.pose(frame)
                 values.update(zip((f'position.{axis}' for axis in 'xyz'),
                                   pose[:3, 3].tolist(), strict=True))
                 values.update(zip((f'orientation.{axis}' for axis in 'xyzw'),

@@ -18,6 +18,7 @@ from armsim_ros.model.robot_model import (
     Joint,
     Mimic,
 )
+from armsim_ros.vendors import find_vendor
 
 _PARAMETERS = re.compile(r'<!--.*?-->|<parameters>\s*([^<]*?)\s*</parameters>', re.DOTALL)
 _TRUE, _FALSE = ('true', '1'), ('false', '0')
@@ -26,10 +27,12 @@ _KINDS = ('system', 'actuator', 'sensor')
 _PARTS = ('hardware', 'joint', 'sensor', 'gpio', 'transmission', 'properties')
 #: Command interfaces of joints here; a tag may name more, which cannot be claimed.
 _QUANTITIES = ('position', 'velocity', 'acceleration', 'effort')
+#: Interfaces of a pose.
+_POSE = tuple(f'{what}.{axis}' for what, axes in (('position', 'xyz'), ('orientation', 'xyzw'))
+              for axis in axes)
 #: What a sensor here can measure; others of its interfaces keep their initial value.
-_MEASURED = frozenset(f'{what}.{axis}' for what, axes in (
-    ('force', 'xyz'), ('torque', 'xyz'), ('orientation', 'xyzw'), ('angular_velocity', 'xyz'),
-    ('linear_acceleration', 'xyz'), ('position', 'xyz')) for axis in axes)
+_MEASURED = frozenset(_POSE).union(f'{what}.{axis}' for what in (
+    'force', 'torque', 'angular_velocity', 'linear_acceleration') for axis in 'xyz')
 #: Plugins whose own parameters act here, too.
 _MOCKS = ('mock_components/GenericSystem', 'fake_components/GenericSystem')
 
@@ -161,9 +164,14 @@ def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping
         commands += [f'{owner}/{command}' for command in commanded]
         if part.tag == 'sensor' and _MEASURED.intersection(content.states):
             sensors.append(_read_sensor(part, content.states, frames, end, report))
+    measuring = {sensor.name: sensor for sensor in sensors if sensor is not None}
+    pose = _pose_of_tool(plugin, parameters.get('tf_prefix', ''), frames, end)
+    if pose is not None:
+        states.update(dict.fromkeys((f'{pose.name}/{state}' for state in pose.states), 0.0))
+        measuring[pose.name] = pose
     return HardwareSystem(
         name, kind, plugin, tuple(joint for joint in read if joint is not None), states,
-        tuple(commands), tuple(sensor for sensor in sensors if sensor is not None), parameters,
+        tuple(commands), tuple(measuring.values()), parameters,
         deaf=mock.deaf, offset=mock.offset)
 
 
@@ -230,6 +238,17 @@ def _read_sensor(element: XmlElement, states: Iterable[str], frames: Mapping[str
                     '<gazebo> element gives its link', element.where)
         return None
     return HardwareSensor(name, frame, tuple(state for state in states if state in _MEASURED))
+
+
+def _pose_of_tool(plugin: str, prefix: str, frames: Mapping[str, str], end: str
+                  ) -> HardwareSensor | None:
+    """Return the sensor that a vendor's hardware has whatever the URDF declares."""
+    vendor = find_vendor('', (plugin,))
+    if vendor is None or vendor.pose is None:
+        return None
+    name, reference = (prefix + part for part in vendor.pose)
+    frame = frames.get(prefix + vendor.tool) or end
+    return HardwareSensor(name, frame, _POSE, frames.get(reference, '')) if frame else None
 
 
 def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextReport
