@@ -41,7 +41,7 @@ JOINT_STATES = 'armsim.joint_states'
 FLOOR = 'armsim.floor'
 #: Parameter of ours: the driver's program does not run before it is played.
 PROGRAM = 'armsim.program'
-#: Parameter of ours: the name of the node of the vendor's hand.
+#: Parameter of ours: the ROS arguments of the node of the vendor's hand.
 GRIPPER = 'armsim.gripper'
 #: Packages and files that a robot description names.
 _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"\'\s)]+)')
@@ -109,7 +109,7 @@ class Mapping:
         self._simulated: set[str] = set()
         self._tells_joints = False
         self._plays_later = False
-        self._gripper = ''
+        self._gripper: RosNode | None = None
 
     def decide(self, batch: Sequence[tuple[ExecuteLocal, ProcessSpec]]) -> list[Start]:
         """Return what becomes of the processes of a batch, in order."""
@@ -127,8 +127,8 @@ class Mapping:
             and str(spec.node.merged().get('headless_mode')).lower() != 'true'
             for _, spec in batch)
         self._gripper = next((
-            spec.node.name or HAND for _, spec in batch
-            if spec.node is not None and spec.node.executable == HAND), '')
+            spec.node for _, spec in batch
+            if spec.node is not None and spec.node.executable == HAND), None)
         return [self._decide(action, spec, role)
                 for (action, spec), role in zip(batch, roles, strict=True)]
 
@@ -163,8 +163,8 @@ class Mapping:
                 extra[JOINT_STATES] = True
             if self._plays_later:
                 extra[PROGRAM] = 'STOPPED'
-            if self._gripper:
-                extra[GRIPPER] = self._gripper
+            if self._gripper is not None:
+                extra[GRIPPER] = self._ros_args(self._gripper, {})
         elif role in (ProgramRole.MOVE_GROUP, ProgramRole.SERVO):
             extra = self._own_parameters(str(node.merged().get(_DESCRIPTION) or ''))
         command = program_command('original', [

@@ -261,9 +261,15 @@ def test_foxglove_bridge_is_the_bridge(decided):
     assert (bridge.kind, texts[0]) == (Kind.RUN, {'port': 8766})
 
 
-def test_the_node_of_a_hand_is_a_part_with_its_name(decided):
-    """franka_gripper's node gets no process; the simulation gets its name."""
+def test_the_node_of_a_hand_is_a_part_with_its_arguments(decided, tmp_path):
+    """franka_gripper's node gets no process; the simulation gets its name and parameters."""
+    file = tmp_path / 'franka_gripper_node.yaml'
+    file.write_text('franka_gripper: {ros__parameters: {state_publish_rate: 50}}')
     (control, hand), texts = decided(CONTROL, Node(
-        package='franka_gripper', executable='franka_gripper_node', name='franka_gripper'))
+        package='franka_gripper', executable='franka_gripper_node', name='franka_gripper',
+        parameters=[{'default_speed': 0.05}, str(file)]))
     assert (control.kind, hand.kind) == (Kind.RUN, Kind.PART)
-    assert any(one.get(GRIPPER) == 'franka_gripper' for one in texts)
+    (words,) = (one[GRIPPER] for one in texts if GRIPPER in one)
+    assert '__node:=franka_gripper' in words
+    assert {'default_speed': 0.05} in texts
+    assert words[-2:] == ['--params-file', str(file)]

@@ -19,6 +19,7 @@ from armsim_ros.config.controllers.controller_manager import (
 )
 from armsim_ros.config.sections import UNUSED_MANAGER_KEYS
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
+from armsim_ros.launch.process_spec import ALL_NODES, HAND
 from armsim_ros.nodes import robot_program
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.upstream.robot_package import (
@@ -102,11 +103,11 @@ def servo_words(arguments: NodeArguments, folder: Path) -> list[str]:
     return [*words, *arguments.ros_args(with_name=True)]
 
 
-def _params_file(file: Path, parameters: Mapping[str, Any]) -> list[str]:
-    """Write parameters of all nodes into a file; return the words that name it."""
+def _params_file(file: Path, parameters: Mapping[str, Any], key: str = ALL_NODES) -> list[str]:
+    """Write parameters of some nodes into a file; return the words that name it."""
     if not parameters:
         return []
-    content = {'/**': {'ros__parameters': dict(parameters)}}
+    content = {key: {'ros__parameters': dict(parameters)}}
     file.write_text(yaml.safe_dump(content), encoding='utf-8')
     return ['--params-file', str(file)]
 
@@ -164,10 +165,16 @@ def simulation_words(urdf: str, arguments: NodeArguments, folder: Path) -> list[
     own = {name.removeprefix(PLACEMENT): value for name, value in values.items()
            if name.startswith(PLACEMENT)}
     texts = [file.read_text(encoding='utf-8') for file in arguments.files]
+    hardware = {'program': own['program']} if own.get('program') else {}
+    if own.get('gripper'):
+        hand = read_node_arguments(own['gripper'], HAND)
+        hardware['gripper'] = hand.name
+        arguments.rest += _params_file(
+            folder / 'hand_parameters.yaml', hand.values, f'/**/{hand.name}')
     package.add_simulation(
         spawn=_broadcasters(values) if own.get('joint_states') else (),
         placement={key: own[key] for key in ('xyz', 'rpy') if key in own},
-        hardware={key: own[key] for key in ('program', 'gripper') if own.get(key)})
+        hardware=hardware)
     controllers = [package.add_controllers(number, text) for number, text in enumerate(texts)
                    if not _is_of_the_launch(text)]
     manager = {name: value for name, value in values.items()

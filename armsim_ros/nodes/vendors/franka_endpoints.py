@@ -12,6 +12,7 @@ from franka_msgs.action import ErrorRecovery, Grasp, Homing, Move
 from rclpy.action import ActionServer
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -29,13 +30,12 @@ from armsim_ros.nodes.vendors.franka_state_broadcaster import StateTopics
 
 #: A width that is nearer than this needs no motion [m].
 SAME_WIDTH = 1e-4
-#: Of motions without a speed: of the width [m/s].
-SPEED = 0.1
-#: Rates of joint_states and of feedback [Hz].
-STATES, FEEDBACK = 15, 30
-#: How far a grasp without an epsilon may be from its width [m].
-EPSILON = 0.005
+#: How far a grasp without an epsilon may be from its width.
 EPSILONS = 'default_grasp_epsilon.inner', 'default_grasp_epsilon.outer'
+#: Parameters of a hand: widths [m], a speed of the width [m/s], rates [Hz].
+DEFAULTS: dict[str, Any] = {
+    'robot_ip': '', **dict.fromkeys(EPSILONS, 0.005), 'default_speed': 0.1,
+    'state_publish_rate': 30, 'feedback_publish_rate': 10}
 
 
 class HandAction(GoalServer):
@@ -92,23 +92,31 @@ class Gripper:
     The node of a hand.
 
     :param joint: of the finger that the other one mimics.
+    :raises ControllerError: a parameter of the node that cannot be.
     """
 
     def __init__(self, nodes: ArmNodes, joint: str, name: str) -> None:
         model = nodes.robot.model
-        self.hand = hand = HandDrive.of(name, joint, nodes.manager.context)
-        nodes.manager.attach(hand)
         node = nodes.new_node(name)
         self._node = node
-        for parameter in EPSILONS:
-            node.declare_parameter(parameter, EPSILON)
-        node.declare_parameter('default_speed', SPEED)
         fingers = [name for name in model.movable_joints if model.driver_of(name)[0].name == joint]
-        self._states = JointState(name=fingers)
+        try:
+            for parameter, default in (*DEFAULTS.items(), ('joint_names', fingers)):
+                node.declare_parameter(parameter, default)
+        except InvalidParameterTypeException as error:
+            raise ControllerError(str(error)) from None
+        names = list(node.get_parameter('joint_names').value)
+        if len(names) != len(fingers):
+            raise ControllerError(f"parameter 'joint_names' is {names}; allowed: names of "
+                                  f'{len(fingers)} joints')
+        self.hand = hand = HandDrive.of(name, joint, nodes.manager.context)
+        nodes.manager.attach(hand)
+        self._states = JointState(name=names)
         for field in ('velocity', 'effort'):
-            setattr(self._states, field, [0.0] * len(fingers))
+            setattr(self._states, field, [0.0] * len(names))
         self._publisher = node.create_publisher(JointState, '~/joint_states', 1)
-        self._state_rate, self._feedback_rate = Rate(STATES), Rate(FEEDBACK)
+        self._state_rate = Rate(self._parameter('state_publish_rate'))
+        self._feedback_rate = Rate(self._parameter('feedback_publish_rate'))
         self._actions = [
             HandAction(nodes, node, hand, Homing, '~/homing',
                        lambda _: HandGoal((0.0, hand.widest), self._default_speed)),
@@ -193,7 +201,10 @@ class FrankaEndpoints(Endpoints):
         finger = next((name for name in nodes.robot.model.active_joints if name.endswith(end)), '')
         if finger:
             name = nodes.arm.settings.gripper or f'{finger.removesuffix(end)}_gripper'
-            self._gripper = Gripper(nodes, finger, name)
+            try:
+                self._gripper = Gripper(nodes, finger, name)
+            except ControllerError as error:
+                self._logger.error(f'no hand {name}: {error}')
 
     def open(self, controller: Controller[Any], node: Node) -> None:
         """Create the topics of a broadcaster of the arm's state."""

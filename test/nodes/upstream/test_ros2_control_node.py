@@ -38,6 +38,26 @@ def test_the_broadcaster_that_no_spawner_starts_is_active_at_once(tmp_path, told
     assert content['spawn'] == spawned
 
 
+@pytest.mark.parametrize('name', ['', 'panda_gripper'])
+def test_the_hand_has_the_name_and_the_parameters_of_its_own_arguments(tmp_path, name):
+    """No other node has them; without a name it is that of the program."""
+    file = tmp_path / 'franka_gripper_node.yaml'
+    file.write_text(f'{name or "franka_gripper_node"}:\n  ros__parameters:\n'
+                    '    default_grasp_epsilon: {inner: 0.01}\n    state_publish_rate: 50\n')
+    own = ['--ros-args', '--params-file', str(file)]
+    own += ['-r', f'__node:={name}'] if name else []
+    arguments = read_node_arguments(
+        ['-p', f'armsim.gripper:={yaml.safe_dump(own, default_flow_style=True, width=999)}'],
+        'controller_manager')
+    words = simulation_words('<robot name="r"/>', arguments, tmp_path)
+    folder = Path(words[0].removeprefix('robot:='))
+    content = yaml.safe_load((folder / 'config' / 'simulation.yaml').read_text())
+    assert content['hardware'] == {'gripper': name or 'franka_gripper_node'}
+    given = Path(words[words.index('--params-file') + 1])
+    assert yaml.safe_load(given.read_text()) == {f'/**/{name or "franka_gripper_node"}': {
+        'ros__parameters': {'default_grasp_epsilon.inner': 0.01, 'state_publish_rate': 50}}}
+
+
 @pytest.mark.parametrize(('arguments', 'floor'), [
     ([], False), (['-p', 'armsim.floor:=true'], True)])
 def test_only_a_simulators_world_has_a_floor(small_package, tmp_path, arguments, floor):

@@ -12,7 +12,8 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 HERE = Path(__file__).parent
 ACTIVE = ['franka_robot_state_broadcaster', 'joint_trajectory_controller']
-FINGERS = ['panda_finger_joint1', 'panda_finger_joint2']
+#: Not those of the URDF: the driver publishes whatever it is told.
+FINGERS = ['left_finger', 'right_finger']
 
 
 def generate_launch_description():
@@ -30,5 +31,6 @@ def generate_launch_description():
             '--remap joint_states:=franka/joint_states']),
         Node(package='controller_manager', executable='spawner', arguments=ACTIVE),
         Node(package='franka_gripper', executable='franka_gripper_node', name='franka_gripper',
-             parameters=[{'robot_ip': robot_ip, 'joint_names': FINGERS}]),
+             parameters=[{'robot_ip': robot_ip, 'joint_names': FINGERS,
+                          'default_speed': 0.02, 'feedback_publish_rate': 20}]),
     ])

@@ -17,6 +17,8 @@ from franka_msgs.srv import SetLoad, SetTCPFrame
 from geometry_msgs.msg import PoseStamped
 import numpy as np
 import pytest
+from rcl_interfaces.srv import GetParameters
+from rclpy.parameter import parameter_value_to_python
 from sensor_msgs.msg import JointState
 from simulation_interfaces.srv import DeleteEntity, SpawnEntity
 from std_srvs.srv import SetBool, Trigger
@@ -78,7 +80,7 @@ def test_the_hand_homes_moves_and_grasps(arm):
     assert arm.run(Homing, f'{HAND}/homing')[1].success
     states = arm.collect(f'{HAND}/joint_states', JointState, 1)
     message = states.wait_for(lambda message: abs(message.position[0] - 0.04) < 5e-4)
-    assert list(message.name) == ['panda_finger_joint1', 'panda_finger_joint2']
+    assert list(message.name) == ['left_finger', 'right_finger']
     assert message.position[0] == message.position[1]
     assert arm.run(Move, f'{HAND}/move', width=0.03, speed=0.1)[1].success
     states.wait_for(lambda message: abs(message.position[0] - 0.015) < 5e-4)
@@ -91,6 +93,15 @@ def test_the_hand_homes_moves_and_grasps(arm):
     status, result = arm.run(Move, f'{HAND}/move', width=0.09, speed=0.1)
     assert (status, result.success) == (ABORTED, False)
     assert '0.09 m is not allowed' in result.error
+
+
+def test_the_hand_has_the_parameters_of_the_launch_file(arm):
+    """Its own speed and rate, and what is not given as upstream (gripper_action_server.cpp)."""
+    names = ['robot_ip', 'default_speed', 'default_grasp_epsilon.inner', 'state_publish_rate',
+             'feedback_publish_rate']
+    answer = arm.call(f'{HAND}/get_parameters', GetParameters, GetParameters.Request(names=names))
+    assert [parameter_value_to_python(value) for value in answer.values] == [
+        '172.16.0.3', 0.02, 0.005, 30, 20]
 
 
 def test_a_cube_between_the_fingers_is_grasped(arm):
