@@ -146,7 +146,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
     def check_goal(self, trajectory: JointTrajectory) -> str:
         """Return why a goal with this trajectory would be refused, '' where it would not."""
         try:
-            self._check_active()
+            self._check_acceptance(())
             self._intake.goal(trajectory, (), (), 0.0, self.parameters, self.time_ns)
         except RefusedTrajectoryError as error:
             return error.reason
@@ -164,7 +164,7 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
         :param goal_time_tolerance: 0 for the default, -1 for no bound [s].
         """
         try:
-            loop = self._check_active()
+            loop = self._check_acceptance(goal_tolerances)
             request, goal, warnings = self._intake.goal(
                 trajectory, path_tolerances, goal_tolerances, goal_time_tolerance, self.parameters,
                 self.time_ns)
@@ -255,6 +255,14 @@ class JointTrajectoryController(Controller[JointTrajectoryControllerParameters])
             raise RefusedTrajectoryError(obstacle)
         return self._loop
 
+    def _check_acceptance(self, goal_tolerances: Sequence[JointTolerance]) -> TrajectoryLoop:
+        """
+        Return what follows a goal.
+
+        :raises RefusedTrajectoryError: no goal with these tolerances is taken now.
+        """
+        return self._check_active()
+
     def _refuse(self, trajectory: JointTrajectory, error: RefusedTrajectoryError) -> GoalResponse:
         text = f'goal rejected: {error.reason}'
         self.events.add(self.time_ns, 'error', 'goal_rejected', text)
@@ -275,7 +283,42 @@ class PassthroughTrajectoryController(ScaledJointTrajectoryController):
     """
     ``ur_controllers/PassthroughTrajectoryController``, for whose clients the arm interpolates.
 
-    Here the controller does, which makes no difference to them.
+    Here the controller does, which makes no difference to them. As upstream no goal is replaced
+    by another.
     """
 
     parameters_class: ClassVar[type[Settings]] = PassthroughTrajectoryControllerParameters
+
+    def on_init(self) -> None:
+        """Have no goal."""
+        super().on_init()
+        self._taken: TrajectoryGoal | None = None
+
+    def send_goal(
+        self, trajectory: JointTrajectory, path_tolerances: Sequence[JointTolerance] = (),
+        goal_tolerances: Sequence[JointTolerance] = (), goal_time_tolerance: float = 0.0
+    ) -> GoalResponse:
+        """
+        Take a goal, or refuse it, also while another one runs.
+
+        :param path_tolerances: on the way; joints that are not named keep the defaults.
+        :param goal_tolerances: at the goal; none, or those of all joints.
+        :param goal_time_tolerance: 0 for the default, -1 for no bound [s].
+        """
+        response = super().send_goal(
+            trajectory, path_tolerances, goal_tolerances, goal_time_tolerance)
+        if response.goal is not None and not response.goal.done:
+            self._taken = response.goal
+        return response
+
+    def _check_acceptance(self, goal_tolerances: Sequence[JointTolerance]) -> TrajectoryLoop:
+        loop, taken = super()._check_acceptance(goal_tolerances), self._taken
+        if taken is not None and not taken.done and taken.status is not GoalStatus.CANCELING:
+            raise RefusedTrajectoryError(
+                'another trajectory is being executed; wait for its end, or cancel it')
+        names = [tolerance.name for tolerance in goal_tolerances]
+        if names and sorted(names) != sorted(self.joints):
+            raise RefusedTrajectoryError(
+                f'goal tolerances are of {", ".join(names)}; allowed: none, or one of each of '
+                f'{", ".join(self.joints)}')
+        return loop
