@@ -100,6 +100,13 @@ class StandInParameters(ControllerParameters):
         100.0, 'messages a second, where it publishes anything [Hz]', read_only=True, gt=0.0)
 
 
+class FreedriveModeControllerParameters(StandInParameters):
+    """Parameters of ``ur_controllers/FreedriveModeController``."""
+
+    inactive_timeout: int = parameter(
+        1, 'freedrive ends so long after the last message that asked for it [s]', ge=0)
+
+
 AnySettings = TypeVar('AnySettings', bound=BaseModel)
 
 #: Longer lists of names are left out of a message that has a hint already.

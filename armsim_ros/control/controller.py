@@ -189,6 +189,9 @@ class Controller(ABC, Generic[ParametersT]):
     chainable: ClassVar[bool] = False
     """Whether it exports references or states for other controllers."""
 
+    frees_arm: ClassVar[bool] = False
+    """Whether forces from outside may move the arm while it is active, so that no other does."""
+
     only_reads: ClassVar[bool] = False
     """Whether updates command nothing and depend on nothing but states and time."""
 

@@ -268,6 +268,38 @@ def test_freedrive_gives_way_and_holds_when_it_ends(sim):
     assert np.abs(positions(sim) - rest).max() < 0.02
 
 
+def test_freedrive_and_what_moves_the_arm_exclude_each_other(sim):
+    """
+    A switch to both is refused, at once or one after the other; one in place of the other is not.
+
+    As ``prepare_command_mode_switch`` (hardware_interface.cpp of ur_robot_driver).
+    """
+    sim.manager.load(SimpleNamespace(
+        name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
+    sim.manager.configure('freedrive')
+    refused = sim.manager.switch(['freedrive'])
+    assert not refused.ok
+    assert f"'freedrive' cannot be active together with '{ARM}'" in refused.message
+    assert sim.manager.switch([], [ARM]).ok
+    assert not sim.manager.switch(['freedrive', ARM]).ok
+    assert sim.manager.switch(['freedrive']).ok
+    assert not sim.manager.switch([ARM]).ok
+    assert sim.manager.switch([ARM], ['freedrive']).ok
+
+
+def test_freedrive_is_set_aside_with_the_program(sim):
+    """As ``controller_stopper.cpp``, which stops it, too."""
+    sim.manager.load(SimpleNamespace(
+        name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
+    sim.manager.configure('freedrive')
+    assert sim.manager.switch(['freedrive'], [ARM]).ok
+    for change, state in ((sim.manager.arm.stop_program, 'inactive'),
+                          (sim.manager.arm.play, 'active')):
+        change()
+        sim.step(20)
+        assert states(sim)['freedrive'] == state
+
+
 def test_a_payload_is_what_the_drives_believe(sim):
     """HW-C7: A payload that is not there pushes the held arm upwards; taken back, it does not."""
     start = positions(sim)

@@ -10,6 +10,7 @@ import re
 from typing import Any
 
 from armsim_ros.config.base import (
+    FreedriveModeControllerParameters,
     keys_at,
     known_keys,
     parameter,
@@ -67,6 +68,7 @@ PARAMETERS: Mapping[str, type[Settings]] = {
     TRAJECTORY: JointTrajectoryControllerParameters,
     SCALED_TRAJECTORY: ScaledJointTrajectoryControllerParameters,
     'ur_controllers/PassthroughTrajectoryController': PassthroughTrajectoryControllerParameters,
+    'ur_controllers/FreedriveModeController': FreedriveModeControllerParameters,
     'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcasterParameters,
     'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster':
         ForceTorqueSensorBroadcasterParameters,

@@ -316,7 +316,8 @@ class ArmStop:
         if self.arm.program is not Program.STOPPED:
             return
         active = [controller for controller, _ in self._switches.active]
-        moving = [controller for controller in active if controller.moves_arm]
+        moving = [controller for controller in active
+                  if controller.moves_arm or controller.frees_arm]
         names = [controller.name for controller in (*moving, *dependents(moving, active))]
         if names:
             self._set_aside += names

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Protocol
 
 from pydantic import ValidationError
 
-from armsim_ros.config.base import Settings, StandInParameters
+from armsim_ros.config.base import FreedriveModeControllerParameters, Settings, StandInParameters
 from armsim_ros.config.controllers.controller_settings import stand_in_for
 from armsim_ros.control.broadcaster import (
     CrispPoseBroadcaster,
@@ -73,6 +73,13 @@ class StandInController(Controller[StandInParameters]):
         """Do nothing."""
 
 
+class FreedriveModeController(StandInController):
+    """``ur_controllers/FreedriveModeController``: has the whole arm, and commands nothing."""
+
+    parameters_class: ClassVar[type[Settings]] = FreedriveModeControllerParameters
+    frees_arm: ClassVar[bool] = True
+
+
 class LoadableController(Protocol):
     """What the manager has to know of a controller to load it."""
 
@@ -93,6 +100,7 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'joint_trajectory_controller/JointTrajectoryController': JointTrajectoryController,
     'ur_controllers/ScaledJointTrajectoryController': ScaledJointTrajectoryController,
     'ur_controllers/PassthroughTrajectoryController': PassthroughTrajectoryController,
+    'ur_controllers/FreedriveModeController': FreedriveModeController,
     'ur_controllers/SpeedScalingStateBroadcaster': SpeedScalingStateBroadcaster,
     'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster': ForceTorqueSensorBroadcaster,
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcaster,

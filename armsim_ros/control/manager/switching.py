@@ -247,6 +247,13 @@ def _conflicts(
                 yield (f"'{name}' needs the command interface {interface}, which "
                        f"'{owners[interface]}' has claimed")
                 break
+        together = [*running, *(controllers[other] for other in starting if other != name)]
+        for other in together:
+            if (controller.frees_arm and other.moves_arm) or (
+                    controller.moves_arm and other.frees_arm):
+                yield (f"'{name}' cannot be active together with '{other.name}': one moves the "
+                       'arm, the other gives it free')
+                break
 
 
 def _unknown(name: str, controllers: Controllers) -> str:

@@ -38,8 +38,6 @@ TOOL_VOLTAGES = (0, 12, 24)
 INERTIA = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
 #: Begin of the parameters that set inputs.
 INPUT = 'io.'
-#: Freedrive ends so long after the last message that asked for it [ns].
-TIMEOUT_NS = 1_000_000_000
 
 
 class IoAndStatus:
@@ -186,8 +184,9 @@ class Freedrive:
 
     def publish(self, time_ns: int) -> None:
         """End freedrive once nothing has asked for it in time, or the controller is inactive."""
+        timeout_ns = self._controller.parameters.inactive_timeout * 1_000_000_000
         if self._nodes.arm.freedrive and not (
-                self._controller.active and 0 <= time_ns - self._last_ns < TIMEOUT_NS):
+                self._controller.active and 0 <= time_ns - self._last_ns < timeout_ns):
             self._nodes.loop.call(lambda: self._nodes.arm.set_freedrive(False))
 
     async def _receive(self, message: Bool) -> None:
@@ -222,7 +221,7 @@ class UniversalRobots(Endpoints):
         kind = controller.type.rpartition('/')[2]
         if kind == 'GPIOController':
             self._controllers.append(IoAndStatus(self.nodes, controller, node))
-        elif kind == 'FreedriveModeController':
+        elif controller.frees_arm:
             self._controllers.append(Freedrive(self.nodes, controller, node))
 
     def publish(self, time_ns: int) -> None:

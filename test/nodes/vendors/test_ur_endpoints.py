@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 from std_msgs.msg import Bool
 
+from armsim_ros.config.base import FreedriveModeControllerParameters
 from armsim_ros.nodes.vendors.ur_endpoints import Freedrive
 
 
@@ -26,15 +27,18 @@ class Arm:
         """Do it at once."""
         do()
 
-    def hear(self, value, active=True):
-        """Receive a message."""
-        Freedrive(
-            SimpleNamespace(arm=self, time_ns=5, change=self.change),
+    def hear(self, value, active=True, **parameters):
+        """Receive a message; return the topic."""
+        topic = Freedrive(
+            SimpleNamespace(arm=self, time_ns=5, change=self.change,
+                            loop=SimpleNamespace(call=lambda do: do())),
             SimpleNamespace(active=active, events=SimpleNamespace(
-                warn=lambda time_ns, text: self.warnings.append(text))),
+                warn=lambda time_ns, text: self.warnings.append(text)),
+                parameters=FreedriveModeControllerParameters(**parameters)),
             SimpleNamespace(create_subscription=lambda kind, name, receive, depth: setattr(
                 self, 'receive', receive)))
         asyncio.run(self.receive(Bool(data=value)))
+        return topic
 
 
 @pytest.mark.parametrize(('before', 'obstacle', 'value', 'after'), [
@@ -55,3 +59,15 @@ def test_an_inactive_controller_changes_nothing():
     arm = Arm(False, '')
     arm.hear(True, active=False)
     assert (arm.freedrive, arm.warnings) == (False, [])
+
+
+@pytest.mark.parametrize(('parameters', 'timeout_ns'), [
+    ({}, 1_000_000_000), ({'inactive_timeout': 3}, 3_000_000_000)])
+def test_freedrive_ends_when_nothing_asks_for_it(parameters, timeout_ns):
+    """After ``inactive_timeout`` (start_timer, timeout_callback of freedrive_mode_controller)."""
+    arm = Arm(False, '')
+    topic = arm.hear(True, **parameters)
+    topic.publish(5 + timeout_ns - 1)
+    assert arm.freedrive
+    topic.publish(5 + timeout_ns)
+    assert not arm.freedrive
