@@ -35,7 +35,8 @@ class Nodes:
         self.services[name.removeprefix('~/')] = None, (function, done)
 
     def once_active(self, controller, node, create):
-        create()
+        if controller.active:
+            create()
 
     set_payload = ArmNodes.set_payload
 

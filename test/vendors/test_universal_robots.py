@@ -156,6 +156,13 @@ def test_an_inactive_controller_refuses_everything(io):
     assert (io.arm.signals.get('digital_out_1'), io.arm.slider) == (0.0, 1.0)
 
 
+def test_a_controller_that_was_never_active_answers(nodes):
+    """Its services are there once it is configured (on_configure, ensureActive)."""
+    IoAndStatus(nodes, SimpleNamespace(active=False), Node())
+    assert not nodes.call('set_io', fun=1, pin=1, state=1.0).success
+    assert nodes.call('resend_robot_program').success is False
+
+
 def test_the_slider_and_control(io, sim):
     """HW-C3: The slider keeps to its range; control that is handed back stops the program."""
     assert io.call('set_speed_slider', speed_slider_fraction=0.01).success

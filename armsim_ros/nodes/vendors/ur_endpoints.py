@@ -64,11 +64,8 @@ class IoAndStatus:
             (Trigger, 'resend_robot_program', self._resend_robot_program),
             (Trigger, 'hand_back_control', self._hand_back_control),
             (Trigger, 'zero_ftsensor', self._zero_ftsensor))
-
-        def offer() -> None:
-            for kind, name, function in services:
-                nodes.service(node, kind, f'~/{name}', partial(self._answer, function))
-        nodes.once_active(controller, node, offer)
+        for kind, name, function in services:
+            nodes.service(node, kind, f'~/{name}', partial(self._answer, function))
         for pin in range(DIGITAL_PINS):
             node.declare_parameter(f'{INPUT}digital_in_{pin}', False)
         for pin in range(ANALOG_PINS):
