@@ -90,7 +90,7 @@ class ArmNodes:
                 await self.change(lambda: answer(request, response))
             except SimulationError as error:
                 _fail(response, str(error))
-            except Exception as error:  # noqa: BLE001 - logged, and told to the client
+            except Exception as error:  # noqa: BLE001 - logged, and answered to the client
                 node.get_logger().error(f'{name}: {"".join(format_exception(error))}')
                 _fail(response, f'{type(error).__name__}: {error}')
             return response
