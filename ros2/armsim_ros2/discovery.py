@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import os
 from pathlib import Path
 import time
@@ -76,6 +77,7 @@ def _is_complete(node: Any) -> bool:
     programs = node.get_publishers_info_by_topic(_PARTICIPANTS, no_mangle=True)
     try:
         return (len(programs) >= local_programs(node.context.get_domain_id())
+                and _participants(programs) <= _participants(publishers)
                 and not any(info.node_name == '_NODE_NAME_UNKNOWN_' for info in publishers)
                 and all(node.get_publisher_names_and_types_by_node(*names)
                         for names in node.get_node_names_and_namespaces())
@@ -83,6 +85,11 @@ def _is_complete(node: Any) -> bool:
                         for service, _ in node.get_service_names_and_types()))
     except NodeNameNonExistentError:
         return False
+
+
+def _participants(endpoints: Sequence[Any]) -> set[bytes]:
+    """Return the participants of endpoints: the first twelve bytes of their GUIDs."""
+    return {bytes(info.endpoint_gid[:12]) for info in endpoints}
 
 
 def _has_both_halves(node: Any, service: str) -> bool:

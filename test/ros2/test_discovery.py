@@ -18,7 +18,8 @@ class Node:
     """
     A node that learns more of the graph with each period.
 
-    :param views: of the graph: number of programs, nodes, names of services, half-known services.
+    :param views: of the graph: number of programs, nodes, names of services, half-known services,
+        and number of programs that are known by no more than their existence.
     """
 
     def __init__(self, views):
@@ -49,8 +50,11 @@ class Node:
 
     def get_publishers_info_by_topic(self, topic, no_mangle=False):
         """Return one publisher per program, or those of a service."""
-        if topic == 'ros_discovery_info':
-            return [None] * self.view[0]
+        silent = sum(self.view[4:])
+        if topic in ('ros_discovery_info', '/parameter_events'):
+            count = self.view[0] - (silent if topic == '/parameter_events' else 0)
+            return [SimpleNamespace(node_name='node', endpoint_gid=[number] * 16)
+                    for number in range(count)]
         return [None] * (no_mangle and topic[2:-5] not in self.view[3])
 
     def get_subscriptions_info_by_topic(self, topic, no_mangle):
@@ -92,6 +96,11 @@ def test_programs_of_this_machine_are_waited_for(settled):
     """A program with a port that has not been discovered, also beyond the spin time."""
     assert settled(*[(1, 2, [], ())] * 60, (2, 3, [], ())) == 60
     assert settled(*[(2, 3, ['/a'], ('/a',))] * 40, (2, 3, ['/a'], ())) == 40
+
+
+def test_the_nodes_of_a_program_are_waited_for(settled):
+    """A busy program is known to exist before anything of its nodes arrives."""
+    assert settled(*[(2, 1, [], (), 1)] * 40, (2, 2, ['/a'], ())) == 40
 
 
 def test_waiting_ends_if_a_program_never_answers(settled):
