@@ -71,8 +71,8 @@ def read_sections(draft: ConfigDraft) -> dict[str, Any]:
     """
     Check every block of a draft.
 
-    Of a published package only the broadcaster and the controllers of move_group start, where
-    there is no list.
+    Of a published package only the broadcaster and the controllers of move_group start, unless
+    a list names others.
 
     :returns: field of RobotSettings -> value; a block with errors has its defaults, of a
         published file the values with errors; the errors are among the draft's problems.

@@ -299,7 +299,7 @@ class PassthroughTrajectoryController(ScaledJointTrajectoryController):
         goal_tolerances: Sequence[JointTolerance] = (), goal_time_tolerance: float = 0.0
     ) -> GoalResponse:
         """
-        Take a goal, or refuse it, also while another one runs.
+        Take a goal, or refuse it; one that comes while another runs is refused.
 
         :param path_tolerances: on the way; joints that are not named keep the defaults.
         :param goal_tolerances: at the goal; none, or those of all joints.

@@ -149,7 +149,7 @@ class OnShutdown(EventHandler):
 
 
 class OnIncludeLaunchDescription(EventHandler):
-    """Includes the description of each event that asks for it; every launch has one."""
+    """Executes the launch description that such an event brings; every launch has this handler."""
 
     def __init__(self, **_kwargs: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, events.IncludeLaunchDescription),

@@ -22,7 +22,7 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
     """
-    Return a namespace inside another, which an absolute one leaves.
+    Return a namespace relative to another one; an absolute one stays as it is.
 
     :param base_ns: None where there is none.
     :param ns: None where there is none; both None give None.
