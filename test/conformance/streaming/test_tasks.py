@@ -202,7 +202,7 @@ def test_a_refused_change_of_the_scene_ends_a_task(
     """
     What should follow it is not executed: -7.
 
-    Upstream: plan_execution.cpp, successfulTrajectorySegmentExecution (effect_on_success_).
+    Upstream: plan_execution.cpp, successfulTrajectorySegmentExecution (effect_on_success).
     """
     first = part(thing='gone')
     first.scene_diff.world.collision_objects[0].operation = CollisionObject.REMOVE
