@@ -19,13 +19,10 @@ def test_a_move_group_that_was_stopped_works_when_it_goes_on(stack: Stack) -> No
     arm = stack.arm
     arm.move(0.02, 1.0)
     arm.long_plan(1.0)
-    os.kill(stack.pids['move_group'], signal.SIGSTOP)
-    try:
+    with stack.stopped('move_group'):
         wait_until(
             lambda: not any(each.server_is_ready() for each in (arm.motions, arm.plans)),
             KNOWN, 'the stopped program is taken for gone')
-    finally:
-        os.kill(stack.pids['move_group'], signal.SIGCONT)
     arm.works()
     assert stack.program.process.poll() is None
 

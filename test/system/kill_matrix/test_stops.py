@@ -4,28 +4,19 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
-import threading
 
 from moveit_msgs.msg import MoveItErrorCodes
 import pytest
 from stacks_to_kill import Stack
-
-#: A program that is stopped for longer than its lease is taken for gone [s].
-STOPPED = 3.0
 
 
 def test_an_answer_that_never_comes_ends_the_motion(stack: Stack) -> None:
     """The simulation is stopped before it gets a goal: the motion ends, and the next one goes."""
     arm = stack.arm
     start = arm.position()
-    os.kill(stack.pids['simulation'], signal.SIGSTOP)
-    try:
+    with stack.stopped('simulation'):
         error = arm.result(arm.move(0.1, 1.0, start), 15.0).error_code
-    finally:
-        os.kill(stack.pids['simulation'], signal.SIGCONT)
     assert error.val == MoveItErrorCodes.CONTROL_FAILED
     reasons = 'has not answered|gone|not connected|no joint state newer'
     assert re.search(reasons, error.message), error.message
@@ -37,14 +28,9 @@ def test_a_program_that_was_stopped_works_when_it_goes_on(victim: str, stack: St
     """It is stopped while it plans and moves; others take it for gone, and find it again."""
     arm = stack.arm
     goals = arm.move(0.02, 1.0), arm.long_plan(1.0)
-    os.kill(stack.pids[victim], signal.SIGSTOP)
-    try:
-        if victim == 'simulation':
-            threading.Event().wait(STOPPED)
-        else:  # it is no client's server: the others end their work meanwhile
+    with stack.stopped(victim):
+        if victim == 'bringup':  # no client's server: the others end their work meanwhile
             for goal in goals:
                 assert arm.result(goal, 20.0).error_code.val
-    finally:
-        os.kill(stack.pids[victim], signal.SIGCONT)
     arm.works()
     assert stack.program.process.poll() is None
