@@ -25,7 +25,7 @@ START_TIMEOUT = 60.0
 #: Half the usual rate of /clock: the robot runs while the tests wait for discovery.
 CALMER = 'overrides:={simulation.clock_rate: 50}'
 #: How long a command waits for a name that it does not know yet, and for one that nobody has [s].
-PATIENCE, SHORT_PATIENCE = 1.5, 0.3
+PATIENCE, SHORT_PATIENCE = 10.0, 0.3
 NOBODYS = '/nope'
 SOURCES = Path(__file__).parents[3] / 'ros2'
 
