@@ -177,14 +177,15 @@ def coverage_report(
     :returns: each names the joints that are missing and the YAML that adds them.
     """
     report = []
-    for name, group in robot.semantic.groups.items():
-        if not group.active_joints:
+    for name in robot.semantic.groups:
+        joints = robot.controlled_joints(name)
+        if not joints:
             continue
         try:
-            select_controllers(group.active_joints, controllers)
+            select_controllers(joints, controllers)
         except PlanningError:
             covered = {joint for each in controllers for joint in each.joints}
-            missing = [joint for joint in group.active_joints if joint not in covered]
+            missing = [joint for joint in joints if joint not in covered]
             if missing:
                 report.append(
                     f"planning group '{name}' can be planned for but not moved: no controller "

@@ -76,7 +76,7 @@ class _Check:
         if not self._model.hardware:
             return
         for group in self._model.semantic.groups.values():
-            lost = [joint for joint in self._controlled(group)
+            lost = [joint for joint in self._model.controlled_joints(group.name)
                     if joint not in self._model.hardware_joints]
             if lost:
                 self._add(
@@ -183,17 +183,13 @@ class _Check:
         covered = {joint for controller in self._settings.moveit_controllers
                    for joint in controller.joints}
         for group in self._model.semantic.groups.values():
-            missing = [joint for joint in self._controlled(group) if joint not in covered]
+            missing = [joint for joint in self._model.controlled_joints(group.name)
+                       if joint not in covered]
             if missing:
                 self._add(
                     f"planning group '{group.name}' cannot be executed: no controller moves "
                     f"{', '.join(missing)}", self._places.get(f'group {group.name}'),
                     remedy='add to controller_list: ' + self._suggestion(group, missing))
-
-    def _controlled(self, group: PlanningGroup) -> list[str]:
-        """Return the joints of a group that a controller has to move."""
-        passive = self._model.semantic.passive_joints
-        return [joint for joint in group.active_joints if joint not in passive]
 
     def _suggestion(self, group: PlanningGroup, missing: list[str]) -> str:
         """Return the line of YAML that would move the joints."""

@@ -323,6 +323,15 @@ class RobotModel:
                     allowed=', '.join(known) or 'the SRDF has no groups',
                     remedy=nearest(name, known))) from None
 
+    def controlled_joints(self, group: str) -> tuple[str, ...]:
+        """
+        Return the joints of a planning group that a controller has to move: not passive.
+
+        :raises ModelError: as :meth:`group`.
+        """
+        return tuple(name for name in self.group(group).active_joints
+                     if name not in self.semantic.passive_joints)
+
     def complete(self, positions: dict[str, float]) -> dict[str, float]:
         """
         Return a position for every movable joint.

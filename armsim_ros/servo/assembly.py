@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.servo import BUTTERWORTH, RUCKIG, ServoNodeSettings, ServoParameters
 from armsim_ros.errors import ArmsimError, nearest, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.servo.smoothing import (
@@ -31,6 +33,13 @@ DEFAULT_VELOCITY, DEFAULT_ACCELERATION, DEFAULT_JERK = 1.0, 5.0, 100.0
 
 class ServoSettingsError(ArmsimError):
     """Servo cannot work with its parameters; the text names all errors."""
+
+
+def commanded_robot(robot: RobotModel) -> RobotModel:
+    """Return a robot whose groups leave out passive joints, which no controller moves."""
+    groups = {name: replace(group, active_joints=robot.controlled_joints(name))
+              for name, group in robot.semantic.groups.items()}
+    return replace(robot, semantic=replace(robot.semantic, groups=groups))
 
 
 def arm_group(kinematics: KinematicModel, controllers: Iterable[Sequence[str]]) -> str:

@@ -182,6 +182,18 @@ def test_coverage_names_what_is_missing(planar):
     assert not coverage_report(planar.robot, [controller('all', 'axis1', 'axis2', 'axis3')])
 
 
+def test_coverage_leaves_passive_joints_out(planar):
+    """
+    A group whose other joints a controller has can be moved; a passive joint needs none.
+
+    Upstream: trajectory_execution_manager.cpp, configure and ensureActiveControllersForJoints.
+    """
+    robot = planar.robot
+    for passive in (('axis3',), ('axis1', 'axis2', 'axis3')):
+        model = replace(robot, semantic=replace(robot.semantic, passive_joints=passive))
+        assert not coverage_report(model, [controller('some', 'axis1', 'axis2')])
+
+
 def test_one_controller_for_each_of_many_joints():
     """
     As many controllers as it takes.

@@ -35,7 +35,13 @@ from armsim_ros.nodes.servo.streaming import Streaming
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 from armsim_ros.scene_sources.simulated_world import initial_scene
-from armsim_ros.servo.assembly import arm_group, build_stream, check_parameters, ServoSettingsError
+from armsim_ros.servo.assembly import (
+    arm_group,
+    build_stream,
+    check_parameters,
+    commanded_robot,
+    ServoSettingsError,
+)
 from armsim_ros.servo.commands import CommandInbox
 
 READY = 'Servo initialized successfully'
@@ -54,7 +60,8 @@ class ServoNode:
         self.node = node
         self.robot: RobotModel = cell.model
         self._warned: set[str] = set()
-        kinematics = KinematicModel(planning_robot(cell.model, cell.settings.joint_limits))
+        kinematics = KinematicModel(
+            planning_robot(commanded_robot(cell.model), cell.settings.joint_limits))
         settings = self._settings(node, cell.settings, kinematics)
         parameters = settings.moveit_servo
         self.scene: PlanningScene = initial_scene(

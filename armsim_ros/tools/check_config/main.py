@@ -36,7 +36,7 @@ from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import YamlNode
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, PlanningError, Problem, Severity
-from armsim_ros.execution.controller_selection import controlled_joints, select_controllers
+from armsim_ros.execution.controller_selection import select_controllers
 from armsim_ros.tools.check_config.robot_check import RobotCheck
 
 #: Arguments of this program alone; all others are those of bringup.
@@ -235,8 +235,8 @@ def _coverage(check: RobotCheck) -> Iterator[str]:
     yield 'planning groups and the controllers that move them'
     for name, group in model.semantic.groups.items():
         try:
-            joints = controlled_joints(group.active_joints, model)
-            chosen = select_controllers(joints, settings.moveit_controllers)
+            chosen = select_controllers(
+                model.controlled_joints(name), settings.moveit_controllers)
             movers = ', '.join(controller.name for controller in chosen)
         except PlanningError:
             movers = 'no set of controllers: it can be planned for, not executed'
