@@ -110,6 +110,8 @@ class AllowedCollisionMatrix:
     def without(self, names: Iterable[str]) -> AllowedCollisionMatrix:
         """Return a matrix without the pairs of the names; defaults stay. Itself without such."""
         gone = set(names).intersection(self.names)
+        if not gone:
+            return self
         pairs = {pair: value for pair, value in self.pairs.items() if not gone.intersection(pair)}
         left = tuple(name for name in self.names if name not in gone or name in self.defaults)
         if len(pairs) == len(self.pairs) and left == self.names:

@@ -123,6 +123,19 @@ def test_a_default_outlives_its_object():
     assert without.without(['cup']) is without
 
 
+def test_without_unknown_names_reads_no_pair():
+    """An edit that takes no known name away costs the same however many pairs there are."""
+    class Unread(dict):
+        def __iter__(self):
+            raise AssertionError('the pairs are read')
+
+        items = __iter__
+
+    acm = AllowedCollisionMatrix(Unread({('a', 'b'): True}), {}, ('a', 'b'))
+    assert acm.without(()) is acm
+    assert acm.without(['other']) is acm
+
+
 def test_a_pair_without_an_entry_follows_the_defaults():
     """Its names stay known; a pair that has none is no change."""
     acm = AllowedCollisionMatrix().with_pair('b', 'a', False).with_default('a', True)
