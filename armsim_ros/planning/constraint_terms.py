@@ -118,11 +118,14 @@ class JointTerm:
     def common(self, other: JointTerm) -> JointTerm:
         """Return this term with the values that another one for the joint allows, too."""
         lower, upper = other.near(0.5 * (self.lower + self.upper))
-        return replace(self, lower=max(self.lower, lower), upper=min(self.upper, upper))
+        lower, upper = max(self.lower, lower), min(self.upper, upper)
+        if upper < lower <= upper + EPSILON:  # they meet in a value, but for rounding
+            lower = upper = 0.5 * (lower + upper)
+        return replace(self, lower=lower, upper=upper)
 
     def is_empty(self) -> bool:
         """Return whether there is no value between lower and upper."""
-        return self.lower > self.upper + EPSILON
+        return self.lower > self.upper
 
 
 @dataclass(frozen=True, slots=True, eq=False)

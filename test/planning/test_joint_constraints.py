@@ -167,6 +167,20 @@ def test_a_joint_named_twice_keeps_to_both(constraint_set):
     assert (interval.lower, interval.upper) == pytest.approx((0.6, 0.7))
 
 
+def test_constraints_that_meet_in_a_value_but_for_rounding(six_scene, plan_for, clock):
+    """
+    A goal that names a joint's value twice, with different rounding, is reached.
+
+    Upstream: default_constraint_samplers.cpp, JointConstraintSampler::configure.
+    """
+    goal = Constraints((JointConstraint('axis1', 0.3, 0.0, 0.0),
+                        JointConstraint('axis1', 0.1 + 0.2, 0.0, 0.0)))
+    response = plan_for(six_scene).plan(
+        MotionPlanRequest('arm', (goal,), seed=1), six_scene, clock=clock)
+    assert response.error_code == MoveItErrorCode.SUCCESS, response.message
+    assert response.trajectory.positions[-1, 0] == pytest.approx(0.3)
+
+
 @pytest.mark.parametrize(('second', 'satisfiable'), [(3.1, True), (-3.1, True), (2.8, False)])
 def test_a_continuous_joint_named_twice(turning, log, second, satisfiable):
     """The intervals of a continuous joint meet across half a turn."""
