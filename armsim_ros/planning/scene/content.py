@@ -57,6 +57,8 @@ class SceneContent:
     :param frames: frames of TF, each fixed to another frame.
     :param fixed_frames: frame -> pose (4, 4) in the model frame, as scene messages gave it; it is
         used where TF does not connect the frame to the robot.
+    :param standing: of a request: the content in which TF was when it came; further frames are
+        where they are there, unless the request has them, whatever its robot state.
     :param colors: object id -> rgba.
     :param first_colors: object id -> the first colour that it was given, its own after a detach.
     :param octomap: what cameras see, None where there is no map.
@@ -72,6 +74,7 @@ class SceneContent:
     link_scale: Mapping[str, float] = field(default_factory=_nothing)
     frames: Mapping[str, FixedFrame] = field(default_factory=_nothing)
     fixed_frames: Mapping[str, Matrix] = field(default_factory=_nothing)
+    standing: SceneContent | None = None
     colors: Mapping[str, Color] = field(default_factory=_nothing)
     first_colors: Mapping[str, Color] = field(default_factory=_nothing)
     octomap: Octomap | None = None
@@ -83,7 +86,7 @@ class SceneContent:
 
 
 #: Parts of a content that hold frames; that decide whether a robot state collides.
-FRAMES = ('frames', 'fixed_frames')
+FRAMES = ('frames', 'fixed_frames', 'standing')
 _IN_THE_WAY = ('objects', 'attached', 'acm', 'link_padding', 'link_scale', 'octomap', *FRAMES)
 
 
@@ -101,6 +104,7 @@ class SceneDraft:
         self.objects, self.attached = dict(base.objects), dict(base.attached)
         self.link_padding, self.link_scale = dict(base.link_padding), dict(base.link_scale)
         self.frames, self.fixed_frames = base.frames, base.fixed_frames
+        self.standing = base.standing
         self.colors, self.first_colors = dict(base.colors), dict(base.first_colors)
         self.octomap, self.whole_version = base.octomap, base.whole_version
         self._forgotten: set[str] = set()
@@ -196,8 +200,9 @@ def frame_pose(
             if link == kinematics.robot.root_link:
                 return offset
             return kinematics.link_pose(content.q if q is None else q, link) @ offset
-        if fixed is None and name in content.fixed_frames:
-            fixed = content.fixed_frames[name] @ offset
+        if fixed is None:
+            fixed = _fixed_pose(kinematics, content, name)
+            fixed = None if fixed is None else fixed @ offset
         edge = content.frames.get(name)
         if edge is None:
             break
@@ -211,6 +216,17 @@ def frame_pose(
         f"frame '{frame}': its chain of transforms leads to no link of the robot, it goes in a "
         f"circle at '{name}'",
         'planning scene')
+
+
+def _fixed_pose(
+    kinematics: KinematicModel, content: SceneParts, name: str
+) -> Matrix | None:
+    """Return the pose (4, 4) of a frame that moves with no robot state, None for any other."""
+    if name in content.fixed_frames:
+        return content.fixed_frames[name]
+    if content.standing is None or name not in further_frames(content.standing):
+        return None
+    return frame_pose(kinematics, content.standing, name)
 
 
 def transform(kinematics: KinematicModel, content: SceneContent, frame: str) -> Matrix:
@@ -296,7 +312,8 @@ def _unknown(
 
 def further_frames(content: SceneParts) -> tuple[str, ...]:
     """Return the names of the frames that TF or a scene message added."""
-    return tuple(dict.fromkeys((*content.frames, *content.fixed_frames)))
+    before = () if content.standing is None else further_frames(content.standing)
+    return tuple(dict.fromkeys((*before, *content.frames, *content.fixed_frames)))
 
 
 def known_frames(kinematics: KinematicModel, content: SceneParts) -> tuple[str, ...]:

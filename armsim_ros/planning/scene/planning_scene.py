@@ -187,7 +187,8 @@ class PlanningScene(SceneView):
             now = self._content
             self._commit(replace(
                 self._initial, q=now.q, name=now.name, frames=now.frames,
-                fixed_frames=now.fixed_frames, whole_version=now.whole_version + 1))
+                fixed_frames=now.fixed_frames, standing=now.standing,
+                whole_version=now.whole_version + 1))
 
     def _edit(self, change: Callable[[SceneDraft], None]) -> None:
         """Put a changed draft in place, unless the change raises."""
@@ -257,12 +258,11 @@ class PlanningScene(SceneView):
     def _with_standing_frames(self) -> PlanningScene:
         """Return a snapshot in which frames of TF have their present poses in any robot state."""
         copy = self.snapshot()
-        if copy._content.frames:
-            poses = {name: copy.frame_pose(name) for name in copy._content.frames
-                     if copy.has_frame(name)}
+        now = copy._content
+        if now.frames:
             copy._commit(replace(
-                copy._content, frames=MappingProxyType({}),
-                fixed_frames=MappingProxyType({**copy._content.fixed_frames, **poses})))
+                now, frames=MappingProxyType({}), fixed_frames=MappingProxyType({}),
+                standing=now))
         return copy
 
     def with_robot(self, q: Vector, attached: Mapping[str, AttachedObject]) -> PlanningScene:

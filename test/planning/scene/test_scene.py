@@ -371,20 +371,3 @@ def test_a_snapshot_with_another_robot_state(scene):
     bare.set_attached(scene.attached)
     assert list(bare.attached) == ['held']
     assert not scene.without_world().objects
-
-
-def test_a_start_state_moves_no_frame_of_tf(scene):
-    """
-    A frame that rides on a link is where it is now, whatever state a request starts in.
-
-    Upstream: planning_scene_monitor.cpp, updateFrameTransforms, fixes the frames of TF at present.
-    """
-    scene.set_frames({'camera': FixedFrame('fore', pose_matrix((0.1, 0.0, 0.0)))})
-    now = scene.frame_pose('camera')
-    start = StartState.from_positions({'shoulder': 0.5})
-    for request in (scene.with_start_state(start), scene.with_update(
-            SceneUpdate(robot_state=start, is_diff=True))):
-        assert request.kinematic_model.positions(request.q)['shoulder'] == 0.5
-        assert np.allclose(request.frame_pose('camera'), now)
-    scene.set_positions({'shoulder': 0.5})
-    assert not np.allclose(scene.frame_pose('camera'), now)
