@@ -77,16 +77,20 @@ class MoveItPy:
         self, robot_trajectory: RobotTrajectory | None, controllers: Sequence[str]
     ) -> ExecutionStatus:
         """
-        Execute a trajectory and wait for its end.
+        Execute a trajectory and wait for its end; it moves the joints of its planning group.
 
         :param controllers: names of the controllers to use; an empty list for a choice by joints.
-        :returns: ABORTED for an empty trajectory, too.
+        :returns: ABORTED for a trajectory that is empty or has no group, too.
         """
         if robot_trajectory is None or not len(robot_trajectory):
             logger().error('execute: there is no trajectory')
             return ExecutionStatus('ABORTED')
+        if not robot_trajectory.joint_model_group_name:
+            logger().error('execute: the trajectory has no planning group; set '
+                           'joint_model_group_name')
+            return ExecutionStatus('ABORTED')
         try:
-            return self._execution._execute_now(robot_trajectory._points, controllers)
+            return self._execution._execute_now(robot_trajectory._selected(), controllers)
         except PlanningError as error:
             logger().error(f'execute: {error}')
             return ExecutionStatus('ABORTED')

@@ -8,12 +8,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import math
 from operator import index
+from typing import Any
 
 from moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
 import numpy as np
 
+from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.errors import PlanningError
-from armsim_ros.model.robot_model import JointType
+from armsim_ros.execution.rules import unwound
 from armsim_ros.moveit_py.robot_model import RobotModel
 from armsim_ros.moveit_py.robot_state import RobotState
 from armsim_ros.moveit_py.utils import logger, warn_once
@@ -26,6 +28,9 @@ from armsim_ros.trajectory import JointTrajectory
 
 #: Jerk limit of a joint that has none [rad/s^3 or m/s^3], as of MoveIt's smoothing.
 DEFAULT_JERK = 1000.0
+
+#: Quantity of a trajectory -> that of a state.
+_RATES = {'velocities': 'velocities', 'accelerations': 'accelerations', 'effort': 'efforts'}
 
 
 class Waypoint(RobotState):
@@ -49,20 +54,55 @@ class RobotTrajectory:
     """
     Waypoints and the times between them; empty at first.
 
+    A waypoint has all joints of the robot. Those of the planning group are timed, unwound,
+    executed and in messages; without a group, all active joints are.
+
     :param robot_model: the robot.
     """
 
     def __init__(self, robot_model: RobotModel) -> None:
         self._model, self._group = robot_model, ''
-        self._base = RobotState(robot_model)
-        self._points = JointTrajectory(())
+        self._take(RobotState(robot_model), JointTrajectory(()))
 
     @classmethod
     def _of(cls, base: RobotState, points: JointTrajectory, group: str) -> RobotTrajectory:
         """Return a trajectory; ``base`` is where the joints are that it does not move."""
         made = cls(base.robot_model)
-        made._base, made._points, made._group = base.__copy__(), points, group
+        made._take(base, points)
+        made._group = group
         return made
+
+    def _take(self, base: RobotState, points: JointTrajectory) -> None:
+        """Take the waypoints of some joints; the others are where ``base`` has them."""
+        kinematics = self._model._kinematics
+        columns = [kinematics.index(name) for name in points.joint_names]
+        active = [kinematics.index(name) for name in kinematics.robot.active_joints]
+
+        def completed(values: Matrix, others: Vector) -> Matrix:
+            table = np.tile(others, (len(values), 1))
+            table[:, columns] = values
+            table[np.isnan(values).any(axis=1)] = np.nan
+            return table[:, active]
+
+        rates: dict[str, Any] = {
+            what: completed(getattr(points, what), base._rates[kind])
+            for what, kind in _RATES.items() if getattr(points, what) is not None}
+        self._base = base.__copy__()
+        #: Of all active joints, in the order of the model.
+        self._points = JointTrajectory(
+            kinematics.robot.active_joints, points.times, completed(points.positions, base._q),
+            **rates)
+
+    @property
+    def _joints(self) -> tuple[str, ...]:
+        """The active joints of the group, in the order of the model; of the robot without one."""
+        robot = self._model._kinematics.robot
+        return (robot.semantic.groups[self._group].active_joints if self._group
+                else robot.active_joints)
+
+    def _selected(self) -> JointTrajectory:
+        """Return the waypoints of the group's joints."""
+        return self._points.of_joints(self._joints)
 
     # ---------------------------------------------------------------- waypoints
 
@@ -89,8 +129,8 @@ class RobotTrajectory:
         columns = [kinematics.index(name) for name in points.joint_names]
         made._q[columns] = points.positions[place]
         made._set_q(kinematics.apply_mimic(made._q))
-        for kind, table in (('velocities', points.velocities),
-                            ('accelerations', points.accelerations), ('efforts', points.effort)):
+        for what, kind in _RATES.items():
+            table = getattr(points, what)
             if table is not None and np.isfinite(table[place]).all():
                 made._rates[kind][columns] = table[place]
         return made
@@ -116,8 +156,9 @@ class RobotTrajectory:
 
     @property
     def average_segment_duration(self) -> float:
-        """Mean time between two waypoints [s]; 0 where there are fewer than two."""
-        return self.duration / (len(self) - 1) if len(self) > 1 else 0.0
+        """Mean time between waypoints [s]; that before the first counts unless it is 0."""
+        segments = np.count_nonzero(self._points.times[:1]) + max(len(self) - 1, 0)
+        return self.duration / segments if segments else 0.0
 
     def get_waypoint_durations(self) -> list[float]:
         """Return the time of each waypoint since the waypoint before [s]."""
@@ -126,20 +167,34 @@ class RobotTrajectory:
     # ---------------------------------------------------------------- changes
 
     def unwind(self) -> RobotTrajectory:
-        """Remove jumps by full turns of continuous joints; return the trajectory itself."""
-        joints, names = self._model._kinematics.robot.joints, self._points.joint_names
+        """
+        Remove jumps by full turns of the group's continuous joints; return the trajectory itself.
+
+        Each of them begins within half a turn of 0.
+        """
+        columns = [self._points.joint_names.index(name) for name in self._joints]
         positions = np.array(self._points.positions)
-        for column, name in enumerate(names):
-            if joints[name].type is JointType.CONTINUOUS and len(self):
-                positions[:, column] = np.unwrap(positions[:, column])
+        positions[:, columns] = self._unwound().positions
         self._points = replace(self._points, positions=positions)
         return self
 
+    def _unwound(self) -> JointTrajectory:
+        """Return the waypoints of the group's joints as :meth:`unwind` makes them."""
+        points = self._selected()
+        start = {name: math.remainder(value, 2.0 * math.pi) for row in points.positions[:1]
+                 for name, value in zip(points.joint_names, row.tolist(), strict=True)}
+        return unwound(points, start, self._model._kinematics.robot)
+
     def __reverse__(self) -> RobotTrajectory:
-        """Reverse the waypoints and their velocities; return the trajectory itself."""
+        """
+        Reverse the waypoints and their velocities; return the trajectory itself.
+
+        The time before the first waypoint stays.
+        """
         points = self._points
         self._points = replace(
-            points, times=points.duration - points.times[::-1], positions=points.positions[::-1],
+            points, times=points.times[:1] + points.duration - points.times[::-1],
+            positions=points.positions[::-1],
             velocities=None if points.velocities is None else -points.velocities[::-1],
             accelerations=None if points.accelerations is None else points.accelerations[::-1],
             effort=None if points.effort is None else points.effort[::-1])
@@ -147,14 +202,14 @@ class RobotTrajectory:
 
     def get_robot_trajectory_msg(self, joint_filter: Sequence[str] = ()) -> RobotTrajectoryMessage:
         """
-        Return the message.
+        Return the message; without waypoints or joints it is empty.
 
-        :param joint_filter: the joints to be in it; all where it is empty.
+        :param joint_filter: the joints of the group to be in it; all where it is empty.
         """
-        points = self._points
-        if joint_filter:
-            points = points.of_joints([n for n in points.joint_names if n in set(joint_filter)])
-        return robot_trajectory_message(points, self._model.model_frame)
+        names = [name for name in self._joints if not joint_filter or name in joint_filter]
+        if not len(self) or not names:
+            return RobotTrajectoryMessage()
+        return robot_trajectory_message(self._points.of_joints(names), self._model.model_frame)
 
     def set_robot_trajectory_msg(
         self, robot_state: RobotState, msg: RobotTrajectoryMessage
@@ -162,18 +217,19 @@ class RobotTrajectory:
         """
         Take the waypoints of a message; return the trajectory itself.
 
+        The stamp of the message is not used.
+
         :param robot_state: where the joints are that the message does not name.
         :raises PlanningError: the robot has no joint of a name in it.
         :raises ValueError: a point has more or fewer values than there are joints.
         """
         points = trajectory_from_message(msg.joint_trajectory)
-        if points.fault:
-            raise ValueError(points.fault)
-        for name in points.joint_names:
-            self._model._kinematics.index(name)
+        without = np.flatnonzero(np.isnan(points.positions).any(axis=1))
+        if points.fault or len(without):
+            raise ValueError(points.fault or f'point {without[0]} has no positions')
         if msg.multi_dof_joint_trajectory.points:
             warn_once('set_robot_trajectory_msg: multi-DOF joints are not used')
-        self._base, self._points = robot_state.__copy__(), points
+        self._take(robot_state, points)
         return self
 
     # ---------------------------------------------------------------- timing
@@ -231,13 +287,13 @@ class RobotTrajectory:
                            'joint_model_group_name')
             return None
         with self._model._lock:
-            return self._model._context.limits.limits(self._points.joint_names)
+            return self._model._context.limits.limits(self._joints)
 
     def _time(
         self, limits: MotionLimits, velocity: float, acceleration: float, tolerance: float,
         step: float, least: float
     ) -> bool:
-        points = self._points
+        points = self._unwound()
         if not len(points):
             return True
         rows = [0]
@@ -249,7 +305,8 @@ class RobotTrajectory:
         if len(path) > 1:
             path[-1] = points.positions[-1]  # the goal stays where it is
         if len(path) < 2:
-            self._points = QuinticMotion.at_rest(path[0]).trajectory(points.joint_names)
+            self._take(self._waypoint(0),
+                       QuinticMotion.at_rest(path[0]).trajectory(points.joint_names))
             return True
         scaled = limits.scaled(
             scaling_factor(velocity, 'velocity_scaling_factor', logger()),
@@ -261,5 +318,6 @@ class RobotTrajectory:
             return False
         times = np.append(
             np.arange(math.ceil(motion.duration / step - 1e-9)) * step, motion.duration)
-        self._points = JointTrajectory(points.joint_names, times, *motion.states(times))
+        self._take(self._waypoint(0),
+                   JointTrajectory(points.joint_names, times, *motion.states(times)))
         return True

@@ -37,11 +37,32 @@ def test_the_robot_goes_to_the_goal(moveit, plan, panda):
 
 @pytest.mark.statement('B3')
 def test_what_cannot_be_executed_is_aborted(moveit, plan):
-    """Nothing to execute, an unknown controller, a start where the robot is not."""
+    """Nothing to execute, an unknown controller, a start where the robot is not, no group."""
     assert moveit.execute(None, []).status == 'ABORTED'
     trajectory = plan(0.4)
     assert moveit.execute(trajectory, ['other_controller']).status == 'ABORTED'
+    trajectory.joint_model_group_name = ''
+    assert moveit.execute(trajectory, []).status == 'ABORTED'
+    trajectory.joint_model_group_name = 'panda_arm'
     assert moveit.execute(trajectory.__reverse__(), []).status == 'ABORTED'
+
+
+@pytest.mark.statement('B3')
+def test_the_joints_of_the_group_are_sent(moveit, arm, plan, panda):
+    """At once, whatever joints and stamp a message had (moveit_cpp.cpp: execute)."""
+    trajectory = plan(0.2)
+    message = trajectory.get_robot_trajectory_msg()
+    message.joint_trajectory.header.stamp.sec = 1
+    message.joint_trajectory.joint_names.append('panda_finger_joint1')
+    for point in message.joint_trajectory.points:
+        point.positions.append(0.04)
+        point.velocities, point.accelerations = [], []
+    trajectory.set_robot_trajectory_msg(arm.get_start_state(), message)
+    assert moveit.execute(trajectory, [])
+    sent, = panda.goals
+    assert sorted(sent.joint_names) == [f'panda_joint{k}' for k in range(1, 8)]
+    assert sent.header.stamp.sec == 0
+    assert panda.positions['panda_finger_joint1'] == 0.0
 
 
 @pytest.mark.statement('B8')
