@@ -19,28 +19,34 @@ from armsim_ros.trajectory import JointTrajectory
 _SOURCE = 'trajectory execution'
 
 
-def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[str, ...]:
+def actuated_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[str, ...]:
     """
     Return the joints that a controller has to move: not fixed, no mimic, not passive.
 
-    :param joint_names: multi-DOF joints and their variables too.
+    :param joint_names: multi-DOF joints and their variables too; unknown names are left out.
+    """
+    moved = {*robot.active_joints, *_multi_dof_names(robot)} - set(robot.semantic.passive_joints)
+    return tuple(name for name in joint_names if name in moved)
+
+
+def controlled_joints(joint_names: Iterable[str], robot: RobotModel) -> tuple[str, ...]:
+    """
+    Return the joints of a trajectory that a controller has to move.
+
+    :param joint_names: as of :func:`actuated_joints`.
     :raises PlanningError: CONTROL_FAILED for a joint that the robot lacks, or where none is
         left.
     """
     names = tuple(joint_names)
-    several = multi_dof_joints(robot)
-    variables = {*several, *(variable for each in several.values() for variable in each)}
+    several = _multi_dof_names(robot)
     for name in names:
-        if name not in robot.joints and name not in variables:
+        if name not in robot.joints and name not in several:
             raise PlanningError(
                 MoveItErrorCode.CONTROL_FAILED,
                 f"the trajectory names joint '{name}', which robot '{robot.name}' lacks; "
                 f'{nearest(name, robot.active_joints) or ", ".join(robot.active_joints)}',
                 _SOURCE)
-    passive = robot.semantic.passive_joints
-    found = tuple(
-        name for name in names
-        if name not in passive and (name in variables or robot.joints[name].active))
+    found = actuated_joints(names, robot)
     if not found:
         raise PlanningError(
             MoveItErrorCode.CONTROL_FAILED,
@@ -253,6 +259,12 @@ def multi_dof_joints(robot: RobotModel) -> dict[str, tuple[str, ...]]:
     return {
         name: tuple(f'{name}/{variable}' for variable in VARIABLES[kind])
         for name, kind in types.items() if kind in VARIABLES}
+
+
+def _multi_dof_names(robot: RobotModel) -> frozenset[str]:
+    """Return the names of multi-DOF joints and of their variables."""
+    several = multi_dof_joints(robot)
+    return frozenset(several).union(*several.values())
 
 
 def as_joint_trajectory(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
 import threading
+import traceback
 from typing import Any, overload
 
 from moveit_msgs.msg import RobotTrajectory as RobotTrajectoryMessage
@@ -13,7 +14,11 @@ from pydantic import ValidationError
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import MultiDofTrajectory, select_controllers
+from armsim_ros.execution.controller_selection import (
+    actuated_joints,
+    MultiDofTrajectory,
+    select_controllers,
+)
 from armsim_ros.execution.ros2_control import controllers_to_switch
 from armsim_ros.moveit_py.answers import ExecutionStatus
 from armsim_ros.moveit_py.moveit_cpp import interruptible, MoveItCpp
@@ -62,7 +67,8 @@ class TrajectoryExecutionManager:
 
         :param controller: to be used; '' for a choice by joints.
         :param controllers: that may be used, in place of a single one.
-        :returns: False where it cannot be executed, or another is being executed.
+        :returns: False where it cannot be executed, which is the last status then, or another is
+            being executed.
         """
         names = controller if controllers is None else controllers
         chosen = ((names,) if names else ()) if isinstance(names, str) else tuple(names)
@@ -83,6 +89,7 @@ class TrajectoryExecutionManager:
             self._parts.append(self._cpp.call(check))
         except PlanningError as error:
             logger().error(f'push: {error}')
+            self._status = ExecutionStatus('ABORTED')
             return False
         return True
 
@@ -107,13 +114,18 @@ class TrajectoryExecutionManager:
         """
         Execute the trajectories that were added, one after the other; do not wait.
 
+        Nothing happens where none were added: the last status stays, and no callback is called.
+
         :param callback: gets the status at the end, in another thread.
-        :param part_callback: gets the number of each trajectory that has succeeded.
+        :param part_callback: gets the number of each trajectory that has succeeded; an exception
+            in it ends the execution.
         :param auto_clear: whether they are dropped afterwards.
         """
         if isinstance(part_callback, bool):
             part_callback, auto_clear = None, part_callback
         self._cpp.check()
+        if not self._parts:
+            return
         self._begin()
         parts = tuple(self._parts)
 
@@ -129,7 +141,7 @@ class TrajectoryExecutionManager:
         threading.Thread(target=run, name='moveit_py_execution', daemon=True).start()
 
     def execute_and_wait(self, auto_clear: bool = True) -> ExecutionStatus:
-        """Execute the trajectories that were added and return the status at the end."""
+        """Execute the trajectories that were added and return the last status."""
         self.execute(None, None, auto_clear)
         return self.wait_for_execution()
 
@@ -146,10 +158,15 @@ class TrajectoryExecutionManager:
         return self._status
 
     def stop_execution(self, auto_clear: bool = True) -> None:
-        """Stop what is executed, and wait until it has ended."""
+        """
+        Stop what is executed, and wait until it has ended; without an execution nothing happens.
+
+        :param auto_clear: whether the trajectories that were added are dropped.
+        """
+        if self._idle.is_set():
+            return
         self._stop.set()
-        if not self._idle.is_set():
-            self.wait_for_execution()
+        self.wait_for_execution()
         if auto_clear:
             self._parts.clear()
 
@@ -172,18 +189,21 @@ class TrajectoryExecutionManager:
         self._status = ExecutionStatus('RUNNING')
 
     def _run(self, parts: Sequence[_Part], done: PartCallback | None) -> ExecutionStatus:
-        for place, (trajectory, multi_dof, names) in enumerate(parts):
-            try:
+        try:
+            for place, (trajectory, multi_dof, names) in enumerate(parts):
                 status = self._cpp.wait(self._cpp.submit(
                     lambda: self._outcome(trajectory, names, multi_dof)))  # noqa: B023 - waited for
-            except (PlanningError, RuntimeError) as error:
-                logger().error(f'execute: {error}')
-                return ExecutionStatus('ABORTED')
-            if not status:
-                return status
-            if done is not None:
-                done(place)
-        return ExecutionStatus('SUCCEEDED')
+                if not status:
+                    return status
+                if done is not None:
+                    done(place)
+        except (PlanningError, RuntimeError) as error:
+            logger().error(f'execute: {error}')
+        except Exception:  # noqa: BLE001 - the script waits for the status
+            logger().error(f'execute: {traceback.format_exc()}')
+        else:
+            return ExecutionStatus('SUCCEEDED')
+        return ExecutionStatus('ABORTED')
 
     def _execute_now(self, trajectory: JointTrajectory, names: Sequence[str]) -> ExecutionStatus:
         """Execute a trajectory at once and wait; Ctrl-C cancels it."""
@@ -222,17 +242,21 @@ class TrajectoryExecutionManager:
         """
         model = self._cpp.context.scene.kinematic_model
         model.group_indices(group)
-        return self.ensure_active_controllers_for_joints(
-            model.robot.semantic.groups[group].active_joints)
+        return self.ensure_active_controllers_for_joints(model.robot.semantic.groups[group].joints)
 
     def ensure_active_controllers_for_joints(self, joints: Sequence[str]) -> bool:
-        """Activate controllers that move joints; return whether they are active."""
+        """
+        Activate controllers that move joints; return whether they are active.
+
+        :param joints: fixed, passive and mimic joints, and unknown ones, are left out.
+        """
         context, controllers = self._cpp.context, self._cpp.execution.controllers
 
         async def ensure() -> bool:
             await controllers.refresh()
             selected = select_controllers(
-                tuple(joints), controllers.controllers, active=controllers.active,
+                actuated_joints(joints, context.robot), controllers.controllers,
+                active=controllers.active,
                 manages=context.execution_settings.moveit_manage_controllers)
             return await self._activated([each.name for each in selected])
 

@@ -86,10 +86,59 @@ def test_trajectories_in_a_row(moveit, plan, panda):
     assert (parts, statuses) == ([0], ['ABORTED'])
     assert manager.get_last_execution_status().status == 'ABORTED'
     manager.clear()
-    assert manager.execute_and_wait()
+    assert manager.execute_and_wait().status == 'ABORTED'  # nothing is left
     assert len(panda.goals) == 1
     assert manager.push(plan(0.0).get_robot_trajectory_msg())
     assert manager.execute_and_wait().status == 'SUCCEEDED'
+
+
+@pytest.mark.statement('B8')
+def test_nothing_pushed_is_not_a_success(moveit, plan, panda):
+    """
+    A refused trajectory is ABORTED, also when the execution of it is asked for.
+
+    trajectory_execution_manager.cpp: push, execute; nothing calls back.
+    """
+    manager = moveit.get_trajectory_execution_manager()
+    message = plan(0.4).get_robot_trajectory_msg()
+    assert not manager.push(message, 'other_controller')
+    assert manager.get_last_execution_status().status == 'ABORTED'
+    called = []
+    manager.execute(called.append)
+    assert manager.execute_and_wait().status == 'ABORTED'
+    assert (called, panda.goals) == ([], [])
+
+
+@pytest.mark.statement('B8')
+def test_a_callback_that_fails_ends_the_execution(moveit, plan, panda):
+    """The rest is not executed, and what waits for the end gets it: ABORTED."""
+    manager = moveit.get_trajectory_execution_manager()
+    message = plan(panda.positions['panda_joint1'] + 0.1).get_robot_trajectory_msg()
+    assert manager.push(message)
+    assert manager.push(message)
+    statuses, ended = [], threading.Event()
+
+    def done(status):
+        statuses.append(status.status)
+        ended.set()
+
+    manager.execute(done, lambda part: 1 / part)
+    assert ended.wait(10.0)
+    assert statuses == ['ABORTED']
+    assert manager.wait_for_execution().status == 'ABORTED'
+    assert len(panda.goals) == 1
+
+
+@pytest.mark.statement('B8')
+def test_a_stop_at_rest_drops_nothing(moveit, plan, panda):
+    """What was pushed is executed later (trajectory_execution_manager.cpp: stopExecution)."""
+    manager = moveit.get_trajectory_execution_manager()
+    assert manager.push(
+        plan(panda.positions['panda_joint1'] + 0.1).get_robot_trajectory_msg())
+    manager.stop_execution()
+    manager.process_event('stop')
+    assert manager.execute_and_wait()
+    assert len(panda.goals) == 1
 
 
 @pytest.mark.statement('B8')
@@ -137,6 +186,9 @@ def test_controllers(moveit):
     assert not manager.are_controllers_active(['panda_arm_controller', 'other'])
     assert manager.ensure_active_controllers_for_group('panda_arm')
     assert manager.ensure_active_controllers_for_joints(['panda_joint1'])
+    group = moveit.get_robot_model().get_joint_model_group('panda_arm')
+    assert manager.ensure_active_controllers_for_joints(
+        [*group.joint_model_names, 'panda_finger_joint2', 'other'])
     assert manager.ensure_active_controller('panda_arm_controller')
     assert not manager.ensure_active_controllers(['other'])
 
