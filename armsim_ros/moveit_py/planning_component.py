@@ -20,10 +20,7 @@ from armsim_ros.moveit_py.planning_scene import PlanningScene
 from armsim_ros.moveit_py.robot_state import RobotState, robotStateToRobotStateMsg
 from armsim_ros.moveit_py.robot_trajectory import RobotTrajectory
 from armsim_ros.moveit_py.utils import logger, warn_once, warn_unused
-from armsim_ros.nodes.conversions.motion_plan_request import (
-    error_code_message,
-    robot_state_to_message,
-)
+from armsim_ros.nodes.conversions.motion_plan_request import error_code_message
 from armsim_ros.nodes.move_group.planning.planning_job import PlanningAnswer
 from armsim_ros.planning.request import ORIENTATION_TOLERANCE, POSITION_TOLERANCE
 from armsim_ros.planning.scene.planning_scene import PlanningScene as Scene
@@ -250,7 +247,8 @@ class PlanningComponent:
 
         :param single_plan_parameters: None, without several: the node's own.
         :param multi_plan_parameters: plan with several pipelines, in turns.
-        :param planning_scene: to plan in; None for that of the monitor.
+        :param planning_scene: to plan in; None for that of the monitor. Where no start is set,
+            the robot is in it where it is now, with what it carries.
         :param solution_selection_function: gets the answers and returns one of them; None takes
             the shortest plan.
         :param stopping_criterion_callback: gets the answers so far and all requests after each;
@@ -287,15 +285,11 @@ class PlanningComponent:
     def _request(
         self, parameters: PlanRequestParameters, scene: PlanningScene | None
     ) -> MotionPlanRequest:
-        start = self._start
-        if start is not None:
-            message = robotStateToRobotStateMsg(start)
-        elif scene is not None:
-            state = self._current()
-            message = robot_state_to_message(
-                state.joint_positions, self._model.model_frame, is_diff=True)
-        else:
+        own = scene is None or scene is self._moveit.get_planning_scene_monitor()._open
+        if self._start is None and own:
             message = RobotStateMessage(is_diff=True)
+        else:
+            message = robotStateToRobotStateMsg(self.get_start_state())
         return MotionPlanRequest(
             group_name=self._group.name,
             pipeline_id=parameters.planning_pipeline,

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 from ball_message import ball_message
 from geometry_msgs.msg import PoseStamped
-from moveit_msgs.msg import Constraints, MoveItErrorCodes
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, Constraints, MoveItErrorCodes
 import numpy as np
 import pytest
 
@@ -213,6 +213,46 @@ def test_plans_in_a_scene_of_the_script(moveit, arm):
         assert not arm.plan(parameters)
         scene.remove_all_collision_objects()
         assert arm.plan(parameters)
+
+
+@pytest.fixture
+def held_ball(monitor):
+    """Return a function that has the robot carry a ball at a distance before its hand [m]."""
+    held = AttachedCollisionObject(
+        link_name='panda_hand', object=ball_message('panda_hand', 'held', (0.0, 0.0, 0.0)))
+
+    def hold(distance):
+        held.object.pose.position.z = distance
+        assert monitor.process_attached_collision_object(held)
+
+    yield hold
+    held.object.operation = CollisionObject.REMOVE
+    assert monitor.process_attached_collision_object(held)
+
+
+@pytest.mark.statement('B5', 'B9')
+def test_the_robot_carries_its_objects_in_a_scene_of_the_script(moveit, arm, monitor, held_ball):
+    """
+    Those of the monitor, also in a scene that was made before (planning_component.cpp).
+
+    getMotionPlanRequest takes the whole present state; plan puts it into the scene.
+    """
+    parameters = PlanRequestParameters(moveit, '')
+    target = goal_state(moveit, panda_joint1=0.5)
+    arm.set_goal_state(robot_state=target)
+    with monitor.read_only() as scene:
+        before = scene.__copy__()
+    hand = target.get_global_link_transform('panda_hand')
+    before.apply_collision_object(ball_message(
+        'panda_link0', 'ball', (hand @ [0.0, 0.0, 0.4, 1.0])[:3]))
+    assert arm.plan(parameters, planning_scene=before)
+    held_ball(0.4)
+    response = arm.plan(parameters, planning_scene=before)
+    assert not response
+    assert "'held'" in response.error_code.message
+    with monitor.read_only() as scene:
+        carrying = scene.__copy__()
+    assert arm.plan(parameters, planning_scene=carrying)
 
 
 @pytest.mark.statement('B4')
