@@ -21,6 +21,7 @@ from rclpy.signals import (
     SignalHandlerOptions,
     uninstall_signal_handlers,
 )
+from rclpy.subscription import Subscription
 
 from armsim_ros.cli.environment import announce_often
 from armsim_ros.moveit_py.description import described_cell, OPTIONS
@@ -39,7 +40,8 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachedCollisionObjectTopic,
     CollisionObjectTopic,
     MonitoredPlanningScene,
-    PlanningSceneTopics,
+    PlanningSceneTopic,
+    PlanningSceneWorldTopic,
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.polling_node import PollingNode
@@ -48,6 +50,7 @@ from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 
 Value = TypeVar('Value')
+_Topic = PlanningSceneTopic | AttachedCollisionObjectTopic
 #: Steps of a wait [s]; time for what was cancelled to end before KeyboardInterrupt is raised [s].
 _STEP, _CANCEL_TIME = 0.1, 0.3
 #: Time for cancellations to reach controllers when the script ends [s].
@@ -115,11 +118,13 @@ class MoveItCpp:
         self.octomap = OctomapMonitor(context, octomap_settings(context))
         self._kept += [
             MonitoredPlanningScene(context), TrajectoryExecutionEvent(context, self.execution),
-            Transforms(context)]
+            Transforms(context), PlanningSceneWorldTopic(context), CollisionObjectTopic(context)]
         if provide_planning_service:
             self._kept.append(GetPlanningScene(context))
-        self._scene_topics: list[Any] = []
+        #: What can be stopped: kind of topic -> its subscription.
+        self._followed: dict[type[_Topic], Subscription] = {}
         self.follow_scene(True)
+        self.follow_state(True)
 
     def _use_known_pipelines(self) -> None:
         """Leave out pipelines that have no configuration, or a plugin that there is not."""
@@ -140,16 +145,22 @@ class MoveItCpp:
             planner.settings = replace(planner.settings, pipelines=tuple(known))
 
     def follow_scene(self, follow: bool) -> None:
-        """Have messages on the scene's topics change the scene, or not; in the node's thread."""
-        if follow and not self._scene_topics:
-            before = set(self.node.subscriptions)
-            self._kept += [kind(self.context) for kind in (
-                PlanningSceneTopics, CollisionObjectTopic, AttachedCollisionObjectTopic)]
-            self._scene_topics = [each for each in self.node.subscriptions if each not in before]
-        elif not follow:
-            for subscription in self._scene_topics:
-                self.node.destroy_subscription(subscription)
-            self._scene_topics = []
+        """Have ``planning_scene`` change the scene, or not; in the node's thread."""
+        self._follow(PlanningSceneTopic, follow)
+
+    def follow_state(self, follow: bool) -> None:
+        """Have joint states and attached objects change the scene, or not; in that thread."""
+        if follow:
+            self.context.states.start()
+        else:
+            self.context.states.stop()
+        self._follow(AttachedCollisionObjectTopic, follow)
+
+    def _follow(self, topic: type[_Topic], follow: bool) -> None:
+        if follow and topic not in self._followed:
+            self._followed[topic] = topic(self.context).subscription
+        elif not follow and topic in self._followed:
+            self.node.destroy_subscription(self._followed.pop(topic))
 
     def _wait_for_state(self, timeout: float) -> None:
         states, context = self.context.states, self.context

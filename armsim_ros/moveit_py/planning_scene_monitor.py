@@ -184,17 +184,17 @@ class PlanningSceneMonitor:
         return self._cpp.call(request)
 
     def start_scene_monitor(self) -> None:
-        """Follow the topics of the scene, as from the beginning."""
+        """Follow ``planning_scene``, as from the beginning."""
         self._cpp.run(lambda: self._cpp.follow_scene(True))
 
     def stop_scene_monitor(self) -> None:
-        """Follow the topics of the scene no longer."""
+        """Follow ``planning_scene`` no longer; the topics of objects stay followed."""
         self._cpp.run(lambda: self._cpp.follow_scene(False))
 
     def start_state_monitor(self) -> None:
-        """Follow the joint states, as from the beginning."""
-        self._cpp.run(self._cpp.context.states.start)
+        """Follow the joint states and ``attached_collision_object``, as from the beginning."""
+        self._cpp.run(lambda: self._cpp.follow_state(True))
 
     def stop_state_monitor(self) -> None:
-        """Follow the joint states no longer."""
-        self._cpp.run(self._cpp.context.states.stop)
+        """Follow the joint states and ``attached_collision_object`` no longer."""
+        self._cpp.run(lambda: self._cpp.follow_state(False))

@@ -16,6 +16,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
 from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
@@ -119,9 +120,12 @@ class Context:
 
     def subscribe(
         self, kind: Any, name: str, receive: Callable[[Any], None], profile: QoSProfile | int = 10
-    ) -> None:
+    ) -> Subscription:
         """Subscribe to a topic, reliable and 10 messages deep unless a profile is given."""
-        self.node.create_subscription(kind, name, receive, profile, callback_group=self.group)
+        made = self.node.create_subscription(
+            kind, name, receive, profile, callback_group=self.group)
+        assert made is not None  # that to /clock may be None
+        return made
 
     def end(self, reason: str) -> None:
         """Give up all that is planned, executed or waited for; from any thread."""

@@ -48,7 +48,8 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
     AttachHint,
     CollisionObjectTopic,
     MonitoredPlanningScene,
-    PlanningSceneTopics,
+    PlanningSceneTopic,
+    PlanningSceneWorldTopic,
     RejectedSceneChanges,
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
@@ -215,7 +216,8 @@ def endpoints(context: Context) -> tuple[object, ...]:
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display, octomap, execution, *(item for name in requested for item in ALL[name](parts)),
-        RejectedSceneChanges(context), PlanningSceneTopics(context), CollisionObjectTopic(context),
+        RejectedSceneChanges(context), PlanningSceneTopic(context),
+        PlanningSceneWorldTopic(context), CollisionObjectTopic(context),
         AttachedCollisionObjectTopic(context), MonitoredPlanningScene(context),
         MapFiles(context, octomap.load), TrajectoryExecutionEvent(context, execution),
         Transforms(context), Descriptions(context), AttachHint(context))

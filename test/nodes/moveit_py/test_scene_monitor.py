@@ -128,13 +128,30 @@ def test_others_edit_the_scene_while_it_is_followed(monitor, moveit, client):
     assert within(5.0, lambda: client.serves(GetPlanningScene, '/get_planning_scene'))
     answer = client.call(GetPlanningScene, '/get_planning_scene', request).result(5.0)
     assert [each.id for each in answer.scene.world.collision_objects] == ['ball']
-    monitor.stop_scene_monitor()
-    assert within(5.0, lambda: not publisher.get_subscription_count())
-    monitor.start_scene_monitor()
-    assert within(5.0, lambda: publisher.get_subscription_count())
     # Of its own service: all that there is, again.
     assert monitor.request_planning_scene_state('/get_planning_scene')
     assert names(monitor) == ['ball']
+
+
+@pytest.mark.parametrize(('what', 'topics'), [
+    ('scene', ['/planning_scene']), ('state', ['/attached_collision_object', '/joint_states'])])
+def test_a_monitor_that_is_stopped_follows_its_own_topics_no_longer(
+        monitor, moveit, what, topics):
+    """
+    Others stay followed, and it can be started again.
+
+    planning_scene_monitor.cpp: stopSceneMonitor, stopStateMonitor.
+    """
+    def followed():
+        return sorted(each.topic_name for each in moveit._cpp.node.subscriptions)
+
+    before = followed()
+    assert {'/planning_scene', '/planning_scene_world', '/collision_object',
+            '/attached_collision_object', '/joint_states'} <= set(before)
+    getattr(monitor, f'stop_{what}_monitor')()
+    assert followed() == [topic for topic in before if topic not in topics]
+    getattr(monitor, f'start_{what}_monitor')()
+    assert followed() == before
 
 
 def test_waiting_for_a_state(monitor, moveit):

@@ -66,18 +66,26 @@ class RejectedSceneChanges:
         self._publisher.publish(String(data=text))
 
 
-class PlanningSceneTopics:
+class PlanningSceneTopic:
     """Changes the scene by message."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.subscribe(PlanningSceneMessage, 'planning_scene', self._receive)
-        context.subscribe(PlanningSceneWorld, WORLD, self._receive_world)
+        self.subscription = context.subscribe(
+            PlanningSceneMessage, 'planning_scene', self._receive)
 
     def _receive(self, message: PlanningSceneMessage) -> None:
         apply_scene_message(self._context, message, 'planning_scene')
 
-    def _receive_world(self, message: PlanningSceneWorld) -> None:
+
+class PlanningSceneWorldTopic:
+    """Changes the objects of the world by message."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        context.subscribe(PlanningSceneWorld, WORLD, self._receive)
+
+    def _receive(self, message: PlanningSceneWorld) -> None:
         _apply(self._context, lambda: world_from_message(message), WORLD)
 
 
@@ -128,7 +136,8 @@ class AttachedCollisionObjectTopic:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        context.subscribe(AttachedCollisionObject, 'attached_collision_object', self._receive)
+        self.subscription = context.subscribe(
+            AttachedCollisionObject, 'attached_collision_object', self._receive)
 
     def _receive(self, message: AttachedCollisionObject) -> None:
         def edit() -> None:

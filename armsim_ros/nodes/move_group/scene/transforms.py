@@ -38,7 +38,7 @@ class FrameHost(Protocol):
 
     def subscribe(
         self, kind: Any, name: str, receive: Callable[[Any], None], profile: QoSProfile | int
-    ) -> None:
+    ) -> object:
         """Subscribe to a topic."""
 
     def warn_once(self, text: str) -> None:
