@@ -270,20 +270,21 @@ class RobotState:
         self, joint_model_group_name: str, geometry_pose: Pose, tip_name: str, timeout: float = 0.0
     ) -> bool:
         """
-        Set a group so that a link has a pose; the search begins at this state.
+        Set a group so that a frame has a pose; the search begins at this state.
 
         :param geometry_pose: in the model frame.
-        :param tip_name: the tip of the group's solver, or what is fixed to it.
+        :param tip_name: the tip of the group's solver, or what is fixed to it: a link, an object
+            that the robot carries, or its subframe.
         :param timeout: [s]; 0 for that of kinematics.yaml.
-        :returns: False where no solution was found; the state is as it was.
+        :returns: False where no solution was found, or the solver cannot position the frame; the
+            state is as it was.
         """
         model, name = self._model, self._group(joint_model_group_name).name
-        model._kinematics.frame_index(tip_name)
         pose = pose_from_message(geometry_pose)
         with model._lock:
             context = model._context
             try:
-                frame = context.solver_target(context.checker.scene, name, tip_name)
+                frame = context.solver_target(self._scene(), name, tip_name)
                 inverse = context.inverse(name)
             except PlanningError as error:
                 logger().error(f'set_from_ik: {error}')
@@ -313,7 +314,7 @@ class RobotState:
         self, joint_model_group: Any = None, name: Any = None, joint_model_group_name: Any = None,
     ) -> bool | None:
         """
-        Set all joints to their defaults, or a group to a named state of the SRDF.
+        Set all joints to their defaults and at rest, or a group to a named state of the SRDF.
 
         :returns: of a group, whether there is such a state.
         """
@@ -321,6 +322,8 @@ class RobotState:
         which = joint_model_group if joint_model_group_name is None else joint_model_group_name
         if which is None:
             self._set_q(kinematics.default())
+            for rates in self._rates.values():
+                rates[:] = 0.0
             return None
         group = which if isinstance(which, JointModelGroup) else self._group(which)
         states = kinematics.robot.semantic.named_states.get(group.name, {})

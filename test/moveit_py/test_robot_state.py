@@ -6,8 +6,10 @@ import copy
 from types import SimpleNamespace
 
 from geometry_msgs.msg import Pose
+from moveit_msgs.msg import AttachedCollisionObject, CollisionObject
 import numpy as np
 import pytest
+from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.config.robot_folder import find_files
 from armsim_ros.errors import PlanningError
@@ -15,6 +17,7 @@ from armsim_ros.kinematics import inverse
 from armsim_ros.kinematics.inverse import StartTable
 from armsim_ros.model.transforms import quat_xyzw_from_matrix
 from armsim_ros.moveit_py import robot_state
+from armsim_ros.nodes.conversions.geometry import pose_to_message
 from moveit.core.robot_model import RobotModel
 from moveit.core.robot_state import RobotState, robotStateToRobotStateMsg
 
@@ -33,6 +36,18 @@ def test_named_states(ready):
     assert ready.set_to_default_values(joint_model_group=group, name='extended')
     ready.set_to_default_values()
     assert ready.joint_positions['panda_joint1'] == 0.0
+
+
+def test_at_its_defaults_a_state_is_at_rest(ready):
+    """Without velocities, accelerations and efforts (robot_state.cpp: setToDefaultValues)."""
+    ready.joint_velocities = {'panda_joint1': 1.0}
+    ready.joint_accelerations = {'panda_joint1': 1.0}
+    ready.joint_efforts = {'panda_joint1': 1.0}
+    ready.set_to_default_values('panda_arm', 'ready')
+    assert ready.joint_velocities['panda_joint1'] == 1.0
+    ready.set_to_default_values()
+    assert not any([*ready.joint_velocities.values(), *ready.joint_accelerations.values(),
+                    *ready.joint_efforts.values()])
 
 
 def test_values_that_are_not_named_stay(ready):
@@ -162,12 +177,32 @@ def test_the_time_limit_is_that_of_the_search(monkeypatch):
     assert now == [1.0]
 
 
-def test_a_link_that_the_solver_does_not_position(ready):
-    """Another link of the chain is refused, an unknown one is an error."""
-    pose = ready.get_pose('panda_link8')
+def test_a_link_that_the_solver_does_not_position(ready, monkeypatch):
+    """Another link of the chain is refused, and so is an unknown one, which is named."""
+    pose, lines = ready.get_pose('panda_link8'), []
+    monkeypatch.setattr(robot_state, 'logger', lambda: SimpleNamespace(error=lines.append))
     assert ready.set_from_ik('panda_arm', pose, 'panda_link3') is False
-    with pytest.raises(PlanningError, match='panda_link9'):
-        ready.set_from_ik('panda_arm', pose, 'panda_link9')
+    assert ready.set_from_ik('panda_arm', pose, 'panda_link9') is False
+    assert 'panda_link9' in lines[-1]
+
+
+@pytest.mark.parametrize('tip', ['tool', 'tool/tip'])
+def test_an_object_of_the_robot_can_be_the_tip(scene, tip):
+    """And its subframes (robot_state.cpp: setFromIK), whatever other states carry."""
+    tool = AttachedCollisionObject(link_name='panda_hand')
+    tool.object.id, tool.object.header.frame_id = 'tool', 'panda_hand'
+    tool.object.operation = CollisionObject.ADD
+    tool.object.primitives = [SolidPrimitive(type=SolidPrimitive.SPHERE, dimensions=[0.02])]
+    tool.object.primitive_poses = [Pose()]
+    tool.object.pose.position.z = 0.1
+    tool.object.subframe_names, tool.object.subframe_poses = ['tip'], [Pose()]
+    tool.object.subframe_poses[0].position.x = 0.05
+    assert scene.process_attached_collision_object(tool)
+    state = copy.copy(scene.current_state)
+    matrix = state.get_frame_transform(tip)
+    matrix[2, 3] += 0.01
+    assert state.set_from_ik('panda_arm', pose_to_message(matrix), tip)
+    assert state.get_frame_transform(tip) == pytest.approx(matrix, abs=1e-4)
 
 
 def test_random_positions_are_within_bounds(ready):
