@@ -346,11 +346,23 @@ class PlanningScene:
         scene = self._in(state).without_world()
         self._check(scene, acm, collision_request, collision_result)
 
+    @overload
+    def check_collision_unpadded(
+        self, req: CollisionRequest, result: CollisionResult) -> None: ...
+
+    @overload
     def check_collision_unpadded(
         self, collision_request: CollisionRequest, collision_result: CollisionResult,
         state: RobotState | None = None, acm: AllowedCollisionMatrix | None = None
+    ) -> None: ...
+
+    def check_collision_unpadded(  # type: ignore[misc] # an argument has several names
+        self, collision_request: Any = None, collision_result: Any = None,
+        state: Any = None, acm: Any = None, *, req: Any = None, result: Any = None
     ) -> None:
         """Check a state without padding; the parameters are those of ``check_collision``."""
+        if req is not None:
+            collision_request, collision_result = req, result
         self._check(self._in(state).unpadded(), acm, collision_request, collision_result)
 
     def _check(

@@ -201,19 +201,20 @@ class RobotModel:
 
     @property
     def joint_model_group_names(self) -> list[str]:
-        """Names of the planning groups."""
-        return list(self._kinematics.robot.semantic.groups)
+        """Names of the planning groups, in the order of the alphabet."""
+        return sorted(self._kinematics.robot.semantic.groups)
 
     @property
     def joint_model_groups(self) -> list[JointModelGroup]:
-        """The planning groups."""
+        """The planning groups, in the order of their names."""
         return [self.get_joint_model_group(name) for name in self.joint_model_group_names]
 
     @property
     def end_effectors(self) -> list[JointModelGroup]:
-        """The planning groups that are end effectors."""
+        """The planning groups that are end effectors, in the order of their names."""
         effectors = self._kinematics.robot.semantic.end_effectors.values()
-        return [self.get_joint_model_group(each.group) for each in effectors]
+        return [self.get_joint_model_group(name)
+                for name in sorted(each.group for each in effectors)]
 
     def has_joint_model_group(self, joint_model_group_name: str) -> bool:
         """Return whether there is a planning group of this name."""

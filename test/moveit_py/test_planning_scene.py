@@ -156,7 +156,7 @@ def test_what_a_check_finds(scene, ready, in_hand):
     scene.check_self_collision(request, result, ready)
     assert not result.collision
     assert not result.contacts
-    scene.check_collision_unpadded(request, result)
+    scene.check_collision_unpadded(req=request, result=result)
     assert result.collision
     everything = AllowedCollisionMatrix(
         ['ball', *scene.robot_model._kinematics.robot.links], default_entry=True)

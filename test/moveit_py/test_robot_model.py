@@ -14,10 +14,14 @@ pytestmark = pytest.mark.statement('C2')
 
 
 def test_groups(model):
-    """A group has all its joints, and among them those with a variable of their own."""
+    """
+    A group has all its joints, and among them those with a variable of their own.
+
+    Groups are in the order of the alphabet (robot_model.cpp: buildGroups).
+    """
     assert model.name == 'panda'
-    assert model.joint_model_group_names == ['panda_arm', 'hand']
-    arm, hand = model.joint_model_groups
+    assert model.joint_model_group_names == ['hand', 'panda_arm']
+    hand, arm = model.joint_model_groups
     assert arm is model.get_joint_model_group('panda_arm')
     assert arm.joint_model_names[-1] == 'panda_joint8'
     assert arm.active_joint_model_names == [f'panda_joint{k}' for k in range(1, 8)]
@@ -65,6 +69,22 @@ def test_every_group_with_the_parent_link_has_the_end_effector():
     model = RobotModel(urdf_xml_path=str(files.urdf_file), srdf_xml_path=str(files.srdf_file))
     for name in ('arm', 'arm_and_gripper'):
         assert model.get_joint_model_group(name).eef_name == 'l6'
+
+
+def test_end_effectors_are_in_the_order_of_their_groups(tmp_path):
+    """Not in that of the SRDF (robot_model.cpp: buildGroupsInfoEndEffectors)."""
+    urdf, srdf = tmp_path / 'two.urdf', tmp_path / 'two.srdf'
+    urdf.write_text('<robot name="two"><link name="a"/><link name="l"/><link name="r"/>'
+                    '<joint name="jl" type="fixed"><parent link="a"/><child link="l"/></joint>'
+                    '<joint name="jr" type="fixed"><parent link="a"/><child link="r"/></joint>'
+                    '</robot>')
+    srdf.write_text(
+        '<robot name="two"><group name="right"><link name="r"/></group>'
+        '<group name="left"><link name="l"/></group>'
+        '<end_effector name="1" parent_link="a" group="right"/>'
+        '<end_effector name="2" parent_link="a" group="left"/></robot>')
+    model = RobotModel(urdf_xml_path=str(urdf), srdf_xml_path=str(srdf))
+    assert [each.name for each in model.end_effectors] == ['left', 'right']
 
 
 def test_model_info_names_all(model):

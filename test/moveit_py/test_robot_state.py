@@ -208,7 +208,7 @@ def test_an_object_of_the_robot_can_be_the_tip(scene, tip):
 def test_random_positions_are_within_bounds(ready):
     """All joints, or those of a group."""
     model = ready.robot_model
-    arm, hand = model.joint_model_groups
+    hand, arm = model.joint_model_groups
     for _ in range(20):
         ready.set_to_random_positions(arm)
         assert arm.satisfies_position_bounds(ready.get_joint_group_positions('panda_arm'))
