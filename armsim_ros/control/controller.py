@@ -365,8 +365,13 @@ class Controller(ABC, Generic[ParametersT]):
         :param changes: all parameters, or some by their dotted names.
         :raises ControllerError: the change is not allowed, and nothing was changed.
         """
-        self.parameters = changed(self.parameters, changes)
+        new = changed(self.parameters, changes)
+        self.check_parameters(new)
+        self.parameters = new
         self.context.wake()
+
+    def check_parameters(self, parameters: ParametersT) -> None:  # noqa: B027 - optional
+        """Check parameters that are about to be set; ControllerError refuses them."""
 
     def poll_events(self) -> list[ControllerEvent]:
         """Return the events since the last call."""

@@ -22,6 +22,7 @@ from armsim_ros.config.controllers.command_controllers import (
 )
 from armsim_ros.control.command_controllers.chainable_controller import ChainableController
 from armsim_ros.control.command_writer import CommandTargets
+from armsim_ros.control.controller import LifecycleState
 from armsim_ros.control.hardware_interface import ACCELERATION, JointProperties, POSITION, VELOCITY
 from armsim_ros.errors import ControllerError, nearest
 from armsim_ros.model.robot_model import Joint, JointType, RobotModel
@@ -121,12 +122,12 @@ class AdmittanceRule:
     and x, so no stiffness or damping makes it unstable; the joints follow by the damped inverse
     of the Jacobian. Without a wrench nothing yields, and references pass as they are.
 
-    :param links: gives the frames that the parameters name.
+    :param links: gives the frames that the parameters name; replaced with them.
     :param lower: (n,) bounds of the joints [rad or m]; ``upper`` likewise.
     """
 
     def __init__(self, links: LinkMotion, lower: Vector, upper: Vector) -> None:
-        self._links, self._lower, self._upper = links, lower, upper
+        self.links, self._lower, self._upper = links, lower, upper
         count = len(lower)
         #: How far the joints have yielded (n,) [rad or m], and its derivatives.
         self.offset, self.velocity, self.acceleration = (np.zeros(count) for _ in range(3))
@@ -151,15 +152,15 @@ class AdmittanceRule:
         """
         sensor = parameters.ft_sensor.frame.id
         posture = reference + self.offset
-        poses = self._links.poses(posture)
-        self.sensor_at_reference = self._links.poses(reference)[sensor]
+        poses = self.links.poses(posture)
+        self.sensor_at_reference = self.links.poses(reference)[sensor]
         self._filter(parameters, poses, wrench)
         turn = poses[parameters.control.frame.id][:3, :3]
         self.control_rotation = turn
         here, there = poses[sensor], self.sensor_at_reference
         self.yielded[:3] = here[:3, 3] - there[:3, 3]
         self.yielded[3:] = rotation_vector(here[:3, :3] @ there[:3, :3].T)
-        jacobian = self._links.jacobian(sensor, posture)
+        jacobian = self.links.jacobian(sensor, posture)
         speed = jacobian @ self.velocity
         force = _turned(turn.T, self.wrench) * np.array(admittance.selected_axes)
         mass, stiffness = np.array(admittance.mass), np.array(admittance.stiffness)
@@ -261,16 +262,14 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         return (*of_joints, *self._measured)
 
     def configure(self) -> None:
-        """Look whether everything is named that is needed, and find the frames."""
-        parameters, model = self.parameters, self.context.model
-        if parameters.missing:
-            raise ControllerError(f"parameter '{parameters.missing}' of '{self.name}' is missing")
-        if model is None:
-            raise ControllerError(f"'{self.name}' needs the robot's description")
-        self._links = LinkMotion(model, self.joints, parameters.kinematics.base, (
-            parameters.ft_sensor.frame.id, parameters.control.frame.id,
-            parameters.fixed_world_frame.frame.id, parameters.gravity_compensation.frame.id))
-        self._limits = JointProperties.of(self.joints, model)
+        """Check that everything is named that is needed, and that the robot has it."""
+        self._motion(self.parameters)
+        self._limits = JointProperties.of(self.joints, self.context.model)
+
+    def check_parameters(self, parameters: AdmittanceControllerParameters) -> None:
+        """Refuse, once configured, parameters with which it could not be configured."""
+        if self.state is not LifecycleState.UNCONFIGURED:
+            self._motion(parameters)
 
     def begin(self, time_ns: int) -> Vector:
         """Take the joints over where they are commanded, else where they are."""
@@ -284,7 +283,8 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         self._held: Vector = np.where(np.isfinite(standing), standing, measured)
         self._snapshot = None
         self._added_wrench: Vector = np.zeros(6)
-        self._rule = AdmittanceRule(self._links, self._limits.lower, self._limits.upper)
+        self._rule = AdmittanceRule(
+            self._motion(self._settled), self._limits.lower, self._limits.upper)
         kinds = self.parameters.chainable_command_interfaces
         rows = [self._held if kind == POSITION else np.zeros(count) for kind in kinds]
         return np.concatenate([np.empty(0), *rows])
@@ -339,11 +339,13 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         rule = self._rule
         if rule is None:
             raise ControllerError(f"'{self.name}' was not activated")
-        if self.parameters.enable_parameter_update_without_reactivation:
-            self._settled = self.parameters
+        parameters = self.parameters
+        if (parameters.enable_parameter_update_without_reactivation
+                and parameters is not self._settled):
+            self._settled, rule.links = parameters, self._motion(parameters)
         admittance = self._settled.admittance
         assert admittance is not None  # configure has refused it
-        kinds: tuple[str, ...] = self.parameters.chainable_command_interfaces
+        kinds: tuple[str, ...] = parameters.chainable_command_interfaces
         rows = dict(zip(kinds, references.reshape(-1, len(self.joints)), strict=True))
         position = rows.get(POSITION, self._held)
         states = self.context.hardware.other_states
@@ -356,7 +358,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
             VELOCITY: rows.get(VELOCITY, np.zeros_like(position)) + rule.velocity,
             ACCELERATION: rule.acceleration,
         }
-        command = np.concatenate([requested[kind] for kind in self.parameters.command_interfaces])
+        command = np.concatenate([requested[kind] for kind in parameters.command_interfaces])
         self._output.write(command)
         self._snapshot = AdmittanceSnapshot(
             time_ns, self._settled, admittance, damping_of(admittance), rule.control_rotation,
@@ -366,6 +368,21 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
     def snapshot(self) -> AdmittanceSnapshot | None:
         """Return what the last update did, None before the first."""
         return self._snapshot
+
+    def _motion(self, parameters: AdmittanceControllerParameters) -> LinkMotion:
+        """
+        Return the frames that parameters name.
+
+        :raises ControllerError: a parameter is missing, or the robot lacks what it names.
+        """
+        model = self.context.model
+        if parameters.missing:
+            raise ControllerError(f"parameter '{parameters.missing}' of '{self.name}' is missing")
+        if model is None:
+            raise ControllerError(f"'{self.name}' needs the robot's description")
+        return LinkMotion(model, parameters.joints, parameters.kinematics.base, (
+            parameters.ft_sensor.frame.id, parameters.control.frame.id,
+            parameters.fixed_world_frame.frame.id, parameters.gravity_compensation.frame.id))
 
     @property
     def _targets(self) -> list[tuple[str, str]]:

@@ -251,6 +251,37 @@ def test_live_parameters(soft):
     assert made.tip()[2, 3] - before[2, 3] == pytest.approx(0.005, abs=3e-4)
 
 
+@pytest.mark.parametrize('active', [True, False])
+@pytest.mark.parametrize('name', [
+    'ft_sensor.frame.id', 'control.frame.id', 'fixed_world_frame.frame.id',
+    'gravity_compensation.frame.id'])
+def test_a_frame_changes_while_loaded(soft, name, active):
+    """Re-enacts AdmittanceRule::apply_parameters_update, in update and in on_activate."""
+    made = soft()
+    if active:
+        made.activate().run(0.1)
+    made.controller.set_parameters({name: 'link_5'})
+    if not active:
+        made.activate()
+    made.run(0.1)
+    assert made.controller.active
+
+
+@pytest.mark.parametrize(('changes', 'words'), [
+    ({'control.frame.id': 'link_66'}, "'link_66' is not a link"),
+    ({'ft_sensor.frame.id': ''}, 'ft_sensor.frame.id'),
+])
+def test_parameters_that_are_refused_while_loaded(soft, changes, words):
+    """The reason is given, and the controller goes on as before."""
+    made = soft().activate()
+    before = made.controller.parameters
+    with pytest.raises(ControllerError, match=words):
+        made.controller.set_parameters(changes)
+    made.run(0.1)
+    assert made.controller.active
+    assert made.controller.parameters is before
+
+
 def test_behind_a_trajectory_controller(soft, trajectory):
     """References of position and velocity come from a trajectory, and pass."""
     made = soft()

@@ -105,7 +105,7 @@ class ControllerNode:
     def declare_parameters(self) -> None:
         """Declare the controller's parameters; later changes go to the controller."""
         self._parameters = SettingsParameters(
-            self.node, self.controller.parameters, self._parameters_changed)
+            self.node, self.controller.parameters, self._parameters_changed, self._objection)
 
     def publish(self, time_ns: int) -> None:
         """
@@ -128,6 +128,13 @@ class ControllerNode:
     def destroy(self) -> None:
         """Destroy the node and its endpoints."""
         self.node.destroy_node()
+
+    def _objection(self, settings: Any) -> str:
+        try:
+            self.controller.check_parameters(settings)
+        except ControllerError as error:
+            return str(error)
+        return ''
 
     def _parameters_changed(self, settings: Any) -> None:
         try:
