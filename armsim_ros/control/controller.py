@@ -370,7 +370,7 @@ class Controller(ABC, Generic[ParametersT]):
         self.parameters = new
         self.context.wake()
 
-    def check_parameters(self, parameters: ParametersT) -> None:  # noqa: B027 - optional
+    def check_parameters(self, parameters: ParametersT) -> None:
         """Check parameters that are about to be set; ControllerError refuses them."""
 
     def poll_events(self) -> list[ControllerEvent]:

@@ -296,25 +296,23 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
 
     def receive(self, positions: Sequence[float], velocities: Sequence[float]) -> str:
         """
-        Take references from the topic.
+        Take references from the topic; those of interfaces that are not exported are ignored.
 
-        :param positions: a value per joint, or empty [rad or m].
-        :param velocities: a value per joint, or empty [rad/s or m/s].
+        :param positions: a value per joint, NaN where it stays, or empty [rad or m].
+        :param velocities: likewise [rad/s or m/s].
         :returns: why they were dropped, '' where they were taken.
         """
         count, kinds = len(self.joints), self.parameters.chainable_command_interfaces
         found = np.full((len(kinds), count), np.nan)
         for kind, values in ((POSITION, positions), (VELOCITY, velocities)):
-            if len(values) == 0:
+            if len(values) == 0 or kind not in kinds:
                 continue
-            if kind not in kinds:
-                return self.drop(f"{kind}: 'chainable_command_interfaces' are {', '.join(kinds)}")
-            if len(values) != count or not np.isfinite(values).all():
-                return self.drop(f'{kind} {list(values)}; expected one finite value for each of '
-                                 f'{", ".join(self.joints)}')
+            if len(values) != count or np.isinf(values).any():
+                return self.drop(f'{kind} {list(values)}; expected one finite value or NaN for '
+                                 f'each of {", ".join(self.joints)}')
             found[kinds.index(kind)] = values
-        if not np.isfinite(found).any():
-            return self.drop('neither positions nor velocities')
+        if np.isnan(found).all():
+            return self.drop(f'no value for {" or ".join(kinds)}')
         return self.offer(np.asarray(found.ravel()))
 
     def receive_wrench(self, frame: str, wrench: Sequence[float]) -> str:

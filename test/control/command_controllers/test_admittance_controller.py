@@ -110,6 +110,28 @@ def test_references_pass_without_a_wrench(soft):
     np.testing.assert_array_equal(made.hardware.command.position[:6], goal)
 
 
+def test_references_of_interfaces_that_are_not_exported(soft):
+    """Re-enacts admittance_controller.cpp, update_reference_from_subscribers: they are ignored."""
+    made = soft(chainable_command_interfaces=['position']).activate()
+    goal = PLACE + 0.1
+    assert made.controller.receive(goal, [0.5] * 6) == ''
+    made.run(0.1)
+    np.testing.assert_array_equal(made.hardware.command.position[:6], goal)
+    assert 'no value for position' in made.controller.receive([], [0.5] * 6)
+
+
+def test_a_reference_that_is_not_a_number_stays(soft):
+    """Re-enacts admittance_controller.cpp, read_state_reference_interfaces."""
+    made = soft().activate()
+    first, second = PLACE + 0.1, PLACE + 0.2
+    made.controller.receive(first, [])
+    made.run(0.1)
+    assert made.controller.receive([np.nan, *second[1:]], []) == ''
+    made.run(0.1)
+    np.testing.assert_array_equal(
+        made.hardware.command.position[:6], [first[0], *second[1:]])
+
+
 @pytest.mark.parametrize('axis', range(3))
 def test_yields_by_force_over_stiffness(soft, axis):
     """A lasting force moves the tip by force / stiffness along itself, and no other way."""
@@ -312,8 +334,8 @@ def test_what_it_tells(soft):
 
 @pytest.mark.parametrize(
     ('positions', 'velocities', 'word'),
-    [([0.1], [], 'position'), ([np.nan] * 6, [], 'nan'), ([], [np.inf] * 6, 'inf'),
-     ([], [], 'neither'), (list(PLACE), [0.1], 'velocity')],
+    [([0.1], [], 'position'), ([np.nan] * 6, [], 'no value'), ([], [np.inf] * 6, 'inf'),
+     ([], [], 'no value'), (list(PLACE), [0.1], 'velocity')],
 )
 def test_garbage(soft, positions, velocities, word):
     """What is no reference moves nothing, and the reason is said."""
