@@ -257,7 +257,11 @@ class GravitySettings(FramedSettings):
 
 
 class AdmittanceSettings(Settings):
-    """Mass, spring and damper of each axis of the control frame: x, y, z, rx, ry, rz."""
+    """
+    Spring and damper of each axis of the control frame, mass of each axis of the base frame.
+
+    The axes are x, y, z, rx, ry, rz.
+    """
 
     selected_axes: tuple[bool, bool, bool, bool, bool, bool] = parameter(
         ..., 'where the arm yields')

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
-from armsim_ros.control.command_controllers.admittance_controller import LinkMotion
+from armsim_ros.control.command_controllers.admittance_rule import LinkMotion
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.cell_loading import load_cell
@@ -224,6 +224,18 @@ def test_control_frame_turns_the_axes(soft):
     made.run(4.0)
     moved = before[:3, :3].T @ (made.tip()[:3, 3] - before[:3, 3])
     np.testing.assert_allclose(moved, [0.0, 0.0, 0.01], atol=5e-4)
+
+
+def test_mass_is_that_of_the_base_axes(soft):
+    """Re-enacts admittance_rule_impl.hpp, calculate_admittance_rule: mass_inv is not turned."""
+    made = soft(control={'frame': {'id': 'link_6'}}, admittance={
+        'selected_axes': [True] * 6, 'mass': [1.0, 1.0, 100.0, 0.5, 0.5, 0.5],
+        'damping_ratio': [0.0] * 6, 'stiffness': [0.0] * 6, 'joint_damping': 0.0},
+        kinematics={'base': 'base_link', 'tip': 'link_6', 'alpha': 1e-9}).activate()
+    made.push([*(made.tip()[:3, :3].T @ [5.0, 0.0, 0.0]), 0.0, 0.0, 0.0])
+    made.run(0.01)
+    np.testing.assert_allclose(
+        made.controller.snapshot().twist_rate[:3], [5.0, 0.0, 0.0], atol=1e-3)
 
 
 def test_gravity_is_taken_away(soft):
