@@ -168,8 +168,7 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
 
     def read(self, time_ns: int) -> SensorSample:
         """Return what is published of now [ns]."""
-        states = self.context.hardware.other_states
-        values = np.array([states[name] if name else math.nan for name in self.interfaces])
+        values = self.context.hardware.read_states(self.interfaces)
         return SensorSample(time_ns, self._shown(values))
 
     def _shown(self, values: Vector) -> Vector:

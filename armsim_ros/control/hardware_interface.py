@@ -170,6 +170,22 @@ class HardwareInterface(ABC):
         """Return what can be read of a joint, sensor or gpio."""
         return self.state_interfaces.get(owner) or _kinds_of(owner, self.other_states)
 
+    def read_states(self, interfaces: Iterable[str]) -> Vector:
+        """
+        Return the value of each state interface (m,), NaN for those whose name is ''.
+
+        :raises KeyError: an interface that is not there.
+        """
+        others = self.other_states
+        values = []
+        for interface in interfaces:
+            owner, _, kind = interface.rpartition('/')
+            if owner in self.index:
+                values.append(self.state.of(kind)[self.index[owner]])
+            else:
+                values.append(others[interface] if interface else np.nan)
+        return np.array(values)
+
     @abstractmethod
     def perform_command_mode_switch(self, claimed: Mapping[str, frozenset[str]]) -> None:
         """

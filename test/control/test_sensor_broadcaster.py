@@ -72,6 +72,16 @@ def test_axes_without_an_interface_are_nan(rig):
     np.testing.assert_array_equal(sample.values, [np.nan, np.nan, 3.0] + [np.nan] * 3)
 
 
+def test_the_effort_of_a_joint_as_a_torque(rig):
+    """Re-enacts force_torque_sensor_broadcaster.cpp: interface_names are any state interfaces."""
+    made, broadcaster = active(
+        rig, WRENCH, interface_names={'torque': {'z': 'a/effort'}}, frame_id='tool')
+    made.hardware.state.effort[0] = 2.5
+    made.step()
+    (sample,) = samples(broadcaster)
+    np.testing.assert_array_equal(sample.values, [np.nan] * 5 + [2.5])
+
+
 @pytest.mark.parametrize(('kind', 'parameters', 'words'), [
     (WRENCH, {'frame_id': 'tool'}, "'sensor_name'"),
     (WRENCH, {'sensor_name': 'wrist'}, "'frame_id'"),

@@ -172,20 +172,20 @@ class GpioInterfaces(Settings):
 class GpioCommandControllerParameters(BroadcasterParameters):
     """Parameters of ``gpio_controllers/GpioCommandController``."""
 
-    gpios: tuple[str, ...] = fixed((), 'gpios that are commanded or published')
+    gpios: tuple[str, ...] = fixed((), 'gpios, joints or sensors, commanded or published')
     command_interfaces: dict[str, GpioInterfaces] = fixed({}, 'gpio -> what is commanded')
     state_interfaces: dict[str, GpioInterfaces] = fixed(
-        {}, 'gpio -> published interfaces; all by default')
+        {}, 'gpio -> published interfaces; all of gpios by default')
 
     @property
-    def commands(self) -> tuple[str, ...]:
-        """Command interfaces, as ``gpio/interface``."""
-        return _names(self.gpios, self.command_interfaces)
+    def targets(self) -> tuple[tuple[str, str], ...]:
+        """(gpio, interface) of each command interface."""
+        return _pairs(self.gpios, self.command_interfaces)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
         """State interfaces that are named."""
-        return _names(self.gpios, self.state_interfaces)
+        return tuple('/'.join(pair) for pair in _pairs(self.gpios, self.state_interfaces))
 
     @property
     def missing(self) -> str:
@@ -203,8 +203,10 @@ class GpioCommandControllerParameters(BroadcasterParameters):
         return self
 
 
-def _names(gpios: tuple[str, ...], chosen: dict[str, GpioInterfaces]) -> tuple[str, ...]:
-    return tuple(f'{gpio}/{name}' for gpio in gpios if gpio in chosen
+def _pairs(
+    gpios: tuple[str, ...], chosen: dict[str, GpioInterfaces]
+) -> tuple[tuple[str, str], ...]:
+    return tuple((gpio, name) for gpio in gpios if gpio in chosen
                  for name in chosen[gpio].interfaces)
 
 

@@ -171,8 +171,7 @@ class AdmittanceController(ChainableController[AdmittanceControllerParameters]):
         kinds: tuple[str, ...] = parameters.chainable_command_interfaces
         rows = dict(zip(kinds, references.reshape(-1, len(self.joints)), strict=True))
         position = rows.get(POSITION, self._held)
-        states = self.context.hardware.other_states
-        measured = np.array([states[name] for name in self._measured])
+        measured = self.context.hardware.read_states(self._measured)
         if np.isnan(measured).any():  # the filter would never forget it
             measured = np.zeros_like(measured)
         rule.step(self._settled, admittance, position, measured + self._added_wrench, period)

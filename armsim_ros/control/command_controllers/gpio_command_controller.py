@@ -1,7 +1,9 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The gpio controller: sets command interfaces of gpios by name, and publishes their states.
+The gpio controller: sets command interfaces by name, and publishes states.
+
+They are those of gpios; of joints and sensors where the parameters name them.
 
 ``receive`` may be called from any thread; all else belongs to the control loop.
 """
@@ -12,9 +14,12 @@ from collections.abc import Sequence
 import math
 from typing import ClassVar
 
+import numpy as np
+
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.control.broadcaster import SensorBroadcaster
+from armsim_ros.control.command_writer import CommandTargets
 from armsim_ros.control.mailbox import Mailbox, RepeatedWarning, STREAM_CAPACITY
 from armsim_ros.errors import ControllerError, nearest
 
@@ -39,9 +44,16 @@ class GpioCommandController(SensorBroadcaster):
         return self._own.gpios
 
     @property
+    def joints(self) -> tuple[str, ...]:
+        """Joints among what is commanded."""
+        index = self.context.hardware.index
+        return tuple(dict.fromkeys(
+            owner for owner, _ in self._own.targets if owner in index))
+
+    @property
     def required_command_interfaces(self) -> tuple[str, ...]:
         """Those that the parameters name."""
-        return self._own.commands
+        return tuple('/'.join(target) for target in self._own.targets)
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -49,7 +61,7 @@ class GpioCommandController(SensorBroadcaster):
         if self._own.interfaces:
             return self._own.interfaces
         hardware = self.context.hardware
-        return tuple(f'{gpio}/{kind}' for gpio in self._own.gpios
+        return tuple(f'{gpio}/{kind}' for gpio in self._own.gpios if gpio not in hardware.index
                      for kind in hardware.states_of(gpio))
 
     def configure(self) -> None:
@@ -58,12 +70,14 @@ class GpioCommandController(SensorBroadcaster):
         self._warning = RepeatedWarning(self.events)
         if not (self.required_command_interfaces or self.interfaces):
             raise ControllerError(
-                f"'{self.name}': the hardware has no interfaces of {', '.join(self._own.gpios)}")
+                f"'{self.name}' names no interfaces, and the hardware has no gpio "
+                f"{' or '.join(self._own.gpios)}")
 
     def activate(self, time_ns: int) -> None:
-        """Forget what came before."""
+        """Take joints over without moving them, and forget what came before."""
         super().activate(time_ns)
-        self._inbox: Mailbox[dict[str, float]] = Mailbox(
+        CommandTargets(self._own.targets, self.context.hardware).take_over()
+        self._inbox: Mailbox[dict[tuple[str, str], float]] = Mailbox(
             self.context.wake, capacity=STREAM_CAPACITY)
 
     def receive(self, groups: Sequence[Group]) -> str:
@@ -75,8 +89,10 @@ class GpioCommandController(SensorBroadcaster):
         """
         if not self.active:
             return 'the controller is not active'
-        known = self.required_command_interfaces
-        found: dict[str, float] = {}
+        if self.joints and (obstacle := self.obstacle):
+            return self.drop(obstacle)
+        targets = self._own.targets
+        found: dict[tuple[str, str], float] = {}
         for gpio, names, values in groups:
             if len(names) != len(values):
                 return self.drop(f"'{gpio}' has {len(names)} interface names and "
@@ -85,9 +101,10 @@ class GpioCommandController(SensorBroadcaster):
                 interface = f'{gpio}/{name}'
                 if not math.isfinite(value):
                     return self.drop(f'{value} for {interface}')
-                if interface in known:
-                    found[interface] = value
+                if (gpio, name) in targets:
+                    found[gpio, name] = value
                 else:
+                    known = self.required_command_interfaces
                     hint = nearest(interface, known) or f'known: {", ".join(known) or "none"}'
                     self._warning.add(self.time_ns, f"'{interface}' is not commanded; {hint}")
         self._inbox.post(found)
@@ -96,7 +113,8 @@ class GpioCommandController(SensorBroadcaster):
     def update(self, time_ns: int, period: float) -> None:
         """Set what was commanded, then sample the states."""
         for command in self._inbox.take_all():
-            self.context.hardware.other_commands.update(command)
+            CommandTargets(list(command), self.context.hardware).write(
+                np.array(list(command.values())))
         super().update(time_ns, period)
 
     def next_update(self, time_ns: int) -> int:

@@ -201,9 +201,5 @@ class PidController(ChainableController[PidControllerParameters]):
         """Return what is measured (k, n), NaN where nothing has come."""
         if self.parameters.use_external_measured_states:
             return self._measured.reshape(self._shape)
-        hardware = self.context.hardware
-        values = [
-            hardware.state.of(kind)[hardware.index[name]] if name in hardware.index
-            else hardware.other_states.get(f'{name}/{kind}', math.nan)
-            for name, kind in self.references]
-        return np.array(values).reshape(self._shape)
+        return self.context.hardware.read_states(
+            self.required_state_interfaces).reshape(self._shape)

@@ -207,9 +207,8 @@ class NetForceController(Controller[ParametersT]):
 
     def _load(self, sensor: str) -> Vector:
         """Return what a sensor of the hardware measures (6,), but for the weight beyond it."""
-        states = self.context.hardware.other_states
-        measured = np.array([states[f'{sensor}/{kind}.{axis}']
-                             for kind in ('force', 'torque') for axis in 'xyz'])
+        measured = self.context.hardware.read_states(
+            f'{sensor}/{kind}.{axis}' for kind in ('force', 'torque') for axis in 'xyz')
         load: Vector = measured - self._model.arm.weight(self._sensor_link)
         return load
 

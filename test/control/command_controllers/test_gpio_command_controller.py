@@ -62,11 +62,45 @@ def test_all_states_are_told(made):
     assert made.gpios.poll().values.tolist() == [0.0, 3.0]
 
 
+@pytest.fixture
+def finger(rig):
+    """Return joints with an active controller of joint a's position, and of its states."""
+    def make(**parameters):
+        made = rig()
+        made.gpios = made.load('gpios', GPIO, gpios=['a'], publish_rate=0.0, command_interfaces={
+            'a': {'interfaces': ['position']}}, **parameters)
+        result = made.manager.switch(activate=['gpios'])
+        assert result.ok, result.message
+        made.step()
+        return made
+
+    return make
+
+
+def test_a_joint_is_commanded(finger):
+    """Re-enacts gpio_command_controller.cpp, apply_command: any interface that it claims."""
+    made = finger()
+    assert made.gpios.receive([('a', ['position'], [0.5])]) == ''
+    made.step(2)
+    assert made.hardware.state.position.tolist() == [0.5, 0.0]
+    assert made.gpios.joints == ('a',)
+    assert made.gpios.moves_arm
+
+
+def test_states_of_a_joint_are_published_where_they_are_named(finger):
+    """Re-enacts gpio_command_controller.cpp, set_all_state_interfaces_of_configured_gpios."""
+    assert finger().gpios.interfaces == ()
+    made = finger(state_interfaces={'a': {'interfaces': ['position']}})
+    made.hardware.state.position[0] = 0.25
+    made.gpios.sample(made.now_ns)
+    assert list(iter(made.gpios.poll, None))[-1].values.tolist() == [0.25]
+
+
 def test_what_is_missing(rig):
     """An empty list, a gpio that is not there, and one that is not listed."""
     with pytest.raises(ControllerError, match="'gpios'"):
         rig().load('gpios', GPIO)
-    with pytest.raises(ControllerError, match='no interfaces of lamp'):
+    with pytest.raises(ControllerError, match='no gpio lamp'):
         rig().load('gpios', GPIO, gpios=['lamp'])
     with pytest.raises(ControllerError, match="'lamb' is not among gpios"):
         rig().load('gpios', GPIO, gpios=['lamp'],
