@@ -62,8 +62,8 @@ class NullspaceSettings(Settings):
     """What holds the posture, as far as it does not move the tip."""
 
     stiffness: float = _gain(1.0, 'stiffness [N*m/rad]', most=500.0)
-    damping: float = _gain(-1.0, 'damping; below 0 it is 2 * sqrt(stiffness) [N*m*s/rad]', -1.0,
-                           500.0)
+    damping: float = _gain(-1.0, 'damping; below 0, and at 0 of CartesianController, it is '
+                           '2 * sqrt(stiffness) [N*m*s/rad]', -1.0, 500.0)
     weights: dict[str, WeightSettings] = parameter({}, 'joint -> weight')
     regularization: float = parameter(1e-6, 'of the inverse of the Jacobian', ge=1e-6, le=1e-4)
     projector_type: Literal['kinematic', 'dynamic', 'none'] = parameter(
@@ -196,6 +196,11 @@ class _ComplianceParameters(ControllerParameters):
         """The largest stiffness of the tip that takes effect."""
         raise NotImplementedError
 
+    @property
+    def posture_is_critically_damped(self) -> bool:
+        """Whether the damping of the posture follows from its stiffness."""
+        return self.nullspace.damping < 0.0
+
 
 class CartesianControllerParameters(_ComplianceParameters):
     """Parameters of ``crisp_controllers/CartesianController``."""
@@ -207,6 +212,11 @@ class CartesianControllerParameters(_ComplianceParameters):
     def most_stiffness(self) -> MaxStiffnessSettings:
         """The largest stiffness of the tip that takes effect."""
         return self.variable_max_stiffness
+
+    @property
+    def posture_is_critically_damped(self) -> bool:
+        """Whether the damping of the posture follows from its stiffness: upstream also at 0."""
+        return self.nullspace.damping <= 0.0
 
 
 class YieldingSettings(Settings):

@@ -56,8 +56,8 @@ class Gains:
         given = _of_axes(task, 'd')
         weights = np.array([nullspace.weights[name].value for name in parameters.joints])
         spring = nullspace.stiffness * weights
-        damper = (nullspace.damping * weights if nullspace.damping >= 0.0
-                  else 2.0 * np.sqrt(spring))
+        damper = (2.0 * np.sqrt(spring) if parameters.posture_is_critically_damped
+                  else nullspace.damping * weights)
         clip = task.error_clip
         friction = np.zeros((3, count))
         if parameters.use_friction:

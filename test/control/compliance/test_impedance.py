@@ -6,7 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from armsim_ros.config.controllers.compliance import RepulsionSettings
+from armsim_ros.config.controllers.compliance import (
+    CartesianAdmittanceControllerParameters,
+    CartesianControllerParameters,
+    RepulsionSettings,
+)
 from armsim_ros.control.arm_dynamics import ArmDynamics
 from armsim_ros.control.compliance.tip_forces import Gains, impedance_torques, JointBounds, Targets
 from armsim_ros.model.transforms import rotation_angle
@@ -89,6 +93,19 @@ def test_joints_are_controlled_without_a_projector(compliant):
     arm.controller.receive_joints(JOINTS, goal, ())
     arm.run(3.0)
     np.testing.assert_allclose(arm.plant.state.position[:7], goal, atol=0.02)
+
+
+@pytest.mark.parametrize(('kind', 'damping', 'expected'), [
+    (CartesianControllerParameters, 0.0, 10.0),
+    (CartesianControllerParameters, 3.0, 3.0),
+    (CartesianAdmittanceControllerParameters, 0.0, 0.0),
+    (CartesianAdmittanceControllerParameters, -1.0, 10.0),
+])
+def test_damping_of_the_posture(kind, damping, expected):
+    """Re-enacts cartesian_controller.cpp, setStiffnessAndDamping: 0 is critical damping there."""
+    parameters = kind(joints=('a', 'b'), end_effector_frame='tip', nullspace={
+        'stiffness': 25.0, 'damping': damping})
+    np.testing.assert_allclose(Gains.of(parameters).posture_damping, [expected] * 2)
 
 
 def test_operational_space(compliant):
