@@ -157,7 +157,7 @@ def test_sensors_and_what_reads_them_are_renamed(files):
     assert arm.simulation.sensors['a_wrist'].link == 'a_link_6'
     assert (found['wrench'].sensor_name, found['wrench'].frame_id) == ('a_wrist', 'a_link_6')
     assert (found['pose'].pose_name, found['pose'].frame_id) == ('a_tool', 'a_base_link')
-    assert found['lamps'].commands == ('a_lamp/light',)
+    assert found['lamps'].targets == (('a_lamp', 'light'),)
     pace = 'a_speed_scaling/speed_scaling_factor'
     assert found['speed'].interfaces == (pace,)
     assert found['scaled'].speed_source == pace
