@@ -49,10 +49,10 @@ CONTROLLERS = [
         ('CHN-2', 'loop', 'reference',
          MultiDOFCommand(dof_names=['joint_1'], values=[INF]), 'values [inf'),
         ('CHN-3', 'soft', 'joint_references',
-         JointTrajectoryPoint(positions=[NAN] * 6), 'position [nan'),
+         JointTrajectoryPoint(positions=[INF] * 6), 'position [inf'),
         ('CHN-3', 'soft', 'joint_references',
          JointTrajectoryPoint(velocities=[1.0]), 'velocity [1.0]'),
-        ('CHN-3', 'soft', 'joint_references', JointTrajectoryPoint(), 'neither positions'),
+        ('CHN-3', 'soft', 'joint_references', JointTrajectoryPoint(positions=[NAN] * 6), 'no value for'),
     )
 ]
 
