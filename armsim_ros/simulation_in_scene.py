@@ -50,7 +50,8 @@ class WorldInScene:
         self._watch = WorldWatch(simulation.world, simulation.vacuum_grippers.values(), fingers)
         self._mirror = WorldMirror()
         self._ownership = WorldOwnership(
-            scene, standing_links(simulation.model), logging.getLogger('armsim_ros.stack').info)
+            scene, standing_links(simulation.model), logging.getLogger('armsim_ros.stack').info,
+            lambda: simulation.time_ns * 1e-9)
 
     def follow(self, names: frozenset[str] | None = None) -> None:
         """

@@ -4,10 +4,12 @@
 The simulated world in a planning scene: what a scene begins with, and whose an object is.
 
 The world owns the ids that it added. An object that was there before is the user's, and so is
-an object that the user adds, moves or attaches; what the user removes stays away. An edit that
-leaves an object as it is, such as a scene applied as it was requested, changes no owner. That ends
-when the world deletes the object, or when it begins a new epoch: at its start, a reset, another
-world.
+an object that the user adds, moves or attaches; what the user removes stays away. That ends when
+the world deletes the object, or when it begins a new epoch: at its start, a reset, another world.
+
+An edit that leaves an object as it is, such as a scene applied as it was requested, changes no
+owner. Neither does a whole scene with an object as the world had it shortly before: a client such
+as RViz publishes its own copy of all objects, and the copy may be late.
 """
 
 from __future__ import annotations
@@ -51,6 +53,8 @@ from armsim_ros.planning.scene.update import joined, SceneUpdate
 RESTING_DEPTH = 1e-3
 #: Numbers of a pose that differ by less are the same: a message has quaternions.
 SAME = 1e-9
+#: A whole scene may show the world as it was this long ago [s].
+LATEST_COPY = 2.0
 #: How far it is lifted beyond the contact [m], and how often at most.
 LIFT, MOST_LIFTS = 2e-5, 3
 
@@ -96,6 +100,8 @@ def _fixed_objects(world: WorldSettings, root: Matrix) -> list[CollisionObject]:
 
 
 Log = Callable[[str], object]
+#: An object's place: in the world, or on the robot; neither where it does not exist.
+_Place = tuple[CollisionObject | None, AttachedObject | None]
 
 
 def of_world(update: SceneUpdate) -> bool:
@@ -113,17 +119,23 @@ class WorldOwnership:
     :param scene: what both edit; each edit that does not come through here is the user's.
     :param standing: links that no joint moves; the world's objects may touch them.
     :param log: takes a line for each take-over.
+    :param clock: returns the time [s] by which a client's copy of the scene is old.
     """
 
-    def __init__(self, scene: PlanningScene, standing: Iterable[str], log: Log) -> None:
+    def __init__(
+        self, scene: PlanningScene, standing: Iterable[str], log: Log,
+        clock: Callable[[], float],
+    ) -> None:
         self._scene = scene
         self._standing = tuple(standing)
-        self._log = log
+        self._log, self._clock = log, clock
         self._epoch = ''
         self._owned: dict[str, CollisionObject] = {}
         self._taken: set[str] = set()
         self._removed: set[str] = set()
         self._foreign: set[str] = set()
+        #: Id -> places that the world has changed lately, each with the time of the change [s].
+        self._earlier: dict[str, list[tuple[float, _Place]]] = {}
         self._lock = threading.RLock()
         self._telling = threading.local()
         scene.add_listener(self._look)
@@ -141,6 +153,7 @@ class WorldOwnership:
         :raises PlanningError: an object cannot be updated; the others are done.
         """
         problems = [*update.unreadable, *update.robot_state.unreadable]
+        before = self._scene.content
         self._telling.active = True
         try:
             for item in update.objects:
@@ -155,8 +168,50 @@ class WorldOwnership:
                     problems.append(error)
         finally:
             self._telling.active = False
+            self._note(before)
         if problems:
             raise joined(problems)
+
+    def apply_client(self, update: SceneUpdate) -> None:
+        """
+        Apply a client's update; what the world has changed since the client's copy stays.
+
+        :raises PlanningError: parts of it are refused; the others are done.
+        """
+        if update.is_diff and not update.replaces_world:
+            self._scene.apply(update)
+            return
+        with self._scene.edited() as scene:
+            present = scene.content
+            try:
+                scene.apply(update)
+            finally:
+                self._restore(scene, present)
+
+    def _restore(self, scene: PlanningScene, present: SceneContent) -> None:
+        """Give objects that are in an earlier place their present one."""
+        since, content = self._clock() - LATEST_COPY, scene.content
+        with self._lock:
+            late = [id_ for id_, places in self._earlier.items() if any(
+                time >= since and _same_place(place, _place(content, id_))
+                for time, place in places)]
+        scene.restore(late, present)
+        for id_ in late:
+            if not any(_place(content, id_)) and any(_place(present, id_)):
+                scene.set_acm(scene.acm.with_entry(id_, True, self._standing))
+
+    def _note(self, before: SceneContent) -> None:
+        """Keep the places that the world has just changed, and drop old ones."""
+        after, now = self._scene.content, self._clock()
+        changed = {id_: _place(before, id_) for part in (before, after)
+                   for id_ in (*part.objects, *part.attached)
+                   if _place(before, id_) != _place(after, id_)}
+        with self._lock:
+            for id_, place in changed.items():
+                self._earlier.setdefault(id_, []).append((now, place))
+            recent = {id_: [each for each in places if each[0] >= now - LATEST_COPY]
+                      for id_, places in self._earlier.items()}
+            self._earlier = {id_: places for id_, places in recent.items() if places}
 
     def _tell(self, item: CollisionObject, update: SceneUpdate) -> None:
         self._begin_epoch(item.type, update)
@@ -270,7 +325,8 @@ class WorldOwnership:
 
     def _look(self, before: SceneContent, after: SceneContent) -> None:
         """Note what the user does to the world's objects; in the thread that edits."""
-        if getattr(self._telling, 'active', False) or not (self._owned or self._removed):
+        if getattr(self._telling, 'active', False) \
+                or not (self._owned or self._removed or self._earlier):
             return
         if before.objects is after.objects and before.attached is after.attached:
             return
@@ -278,17 +334,27 @@ class WorldOwnership:
             again = {id_ for id_ in self._removed if id_ in after.objects}
             self._removed -= again
             self._taken |= again
-            for id_ in tuple(self._owned):
-                if _same_item(before.objects.get(id_), after.objects.get(id_)) \
-                        and _same_attached(before.attached.get(id_), after.attached.get(id_)):
+            for id_ in tuple(dict.fromkeys((*self._owned, *self._earlier))):
+                if _same_place(_place(before, id_), _place(after, id_)):
                     continue
-                del self._owned[id_]
-                there = id_ in after.objects or id_ in after.attached
+                self._earlier.pop(id_, None)
+                if self._owned.pop(id_, None) is None:
+                    continue
+                there = any(_place(after, id_))
                 (self._taken if there else self._removed).add(id_)
                 self._log(f"object '{id_}' of the simulated world was "
                           + ('changed by the user and no longer updated' if there else
                              'removed by the user and stays away')
                           + ', until it is deleted there or the simulation is reset')
+
+
+def _place(content: SceneContent, id_: str) -> _Place:
+    return content.objects.get(id_), content.attached.get(id_)
+
+
+def _same_place(first: _Place, second: _Place) -> bool:
+    """Return whether an object has the same content at the same place."""
+    return _same_item(first[0], second[0]) and _same_attached(first[1], second[1])
 
 
 def _same_attached(first: AttachedObject | None, second: AttachedObject | None) -> bool:

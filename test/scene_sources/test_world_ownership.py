@@ -11,6 +11,7 @@ from armsim_ros.errors import PlanningError
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.model.world_objects import WORLD_TYPE
+from armsim_ros.nodes.conversions.collision_object import object_to_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message, update_from_message
 from armsim_ros.planning.collision.collision_model import CollisionChecker
 from armsim_ros.planning.scene.objects import (
@@ -21,7 +22,7 @@ from armsim_ros.planning.scene.objects import (
     ObjectType,
 )
 from armsim_ros.planning.scene.update import SceneUpdate, StartState
-from armsim_ros.scene_sources.simulated_world import of_world, WorldOwnership
+from armsim_ros.scene_sources.simulated_world import LATEST_COPY, of_world, WorldOwnership
 from armsim_ros.stack import ArmSim
 
 ADD, REMOVE, MOVE = ObjectOperation.ADD, ObjectOperation.REMOVE, ObjectOperation.MOVE
@@ -33,7 +34,9 @@ class Story:
     def __init__(self, scene):
         self.scene = scene
         self.lines = []
-        self.ownership = WorldOwnership(scene, ['base_link'], self.lines.append)
+        self.now = 0.0
+        self.ownership = WorldOwnership(
+            scene, ['base_link'], self.lines.append, lambda: self.now)
         self.epoch = '1'
 
     def world(self, *items):
@@ -46,6 +49,20 @@ class Story:
     def user(self, name, operation, height=5.0):
         """Let the user edit."""
         self.scene.apply_object(item(name, operation, height, ObjectType()))
+
+    def hold(self, name, operation):
+        """Let the world attach an object, or detach it."""
+        held = CollisionObject(name, operation, type=ObjectType(WORLD_TYPE, self.epoch))
+        self.ownership.apply(SceneUpdate(robot_state=StartState(
+            attached_objects=(AttachedObject('link_6', held, ('link_5',)),))))
+
+    def copy(self):
+        """Return the whole scene as RViz publishes its copy of it."""
+        return scene_to_message(self.scene.snapshot())
+
+    def publish(self, copy):
+        """Let the user publish a whole scene."""
+        self.ownership.apply_client(update_from_message(copy, self.scene.model_frame))
 
     def heights(self):
         """Return id -> height of all objects in the world."""
@@ -195,11 +212,120 @@ def test_a_scene_that_is_applied_as_it_was_requested_changes_no_owner(story):
     story.ownership.apply(SceneUpdate(objects=(turned, item('b', ADD, 1.0, turned.type))))
     held = AttachedObject('link_6', CollisionObject('b', ADD, type=turned.type), ('link_5',))
     story.ownership.apply(SceneUpdate(robot_state=StartState(attached_objects=(held,))))
-    story.scene.apply(update_from_message(scene_to_message(story.scene), story.scene.model_frame))
+    story.publish(story.copy())
     assert story.ownership.owned == {'a', 'b'}
     story.world(('a', MOVE, 2.0))
     assert story.heights() == {'a': 2.0}
     assert story.lines == []
+
+
+def test_a_late_copy_changes_no_moving_object(story):
+    """
+    RViz publishes its whole copy with an object of its own; the world's are where they are now.
+
+    Upstream, motion_planning_frame_objects.cpp, publishScene sends all that RViz has.
+    """
+    story.world(('carton', ADD, 1.0))
+    copy = story.copy()
+    story.now += 60.0
+    story.world(('carton', MOVE, 1.2))
+    copy.world.collision_objects.append(object_to_message(
+        item('Box_0', ADD, 5.0, ObjectType()), story.scene.model_frame))
+    story.now += 1.0
+    story.publish(copy)
+    assert story.heights() == {'carton': 1.2, 'Box_0': 5.0}
+    story.world(('carton', MOVE, 1.4))
+    assert story.heights()['carton'] == 1.4
+    assert story.lines == []
+
+
+def test_a_late_copy_leaves_a_new_object(story):
+    """What the world added after the copy stays, with its colour, and may touch what stands."""
+    story.world(('a', ADD, 1.0))
+    copy = story.copy()
+    blue = (0.0, 0.0, 1.0, 1.0)
+    story.ownership.apply(SceneUpdate(
+        objects=(item('b', ADD, 2.0, ObjectType(WORLD_TYPE, '1')),), object_colors={'b': blue}))
+    story.publish(copy)
+    assert story.heights() == {'a': 1.0, 'b': 2.0}
+    assert story.scene.colors['b'] == blue
+    assert story.scene.acm.allowed('b', 'base_link')
+    assert story.ownership.owned == {'a', 'b'}
+
+
+def test_a_late_copy_brings_no_deleted_object_back(story):
+    """What the simulation has deleted since is not the user's; a new one is the world's."""
+    story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
+    copy = story.copy()
+    story.world(('b', REMOVE, 0.0))
+    story.publish(copy)
+    assert story.heights() == {'a': 1.0}
+    assert 'b' not in story.scene.acm.to_update().entry_names
+    story.world(('b', ADD, 2.0))
+    assert story.heights() == {'a': 1.0, 'b': 2.0}
+
+
+@pytest.mark.parametrize('operation', [ADD, REMOVE])
+def test_a_late_copy_changes_no_grasp(story, operation):
+    """What the world has grasped or released since stays so, and remains the world's."""
+    story.world(('a', ADD, 1.0))
+    if operation == REMOVE:
+        story.hold('a', ADD)
+    copy = story.copy()
+    story.hold('a', operation)
+    present = story.scene.content
+    story.publish(copy)
+    assert story.scene.attached == present.attached
+    assert story.scene.objects == present.objects
+    assert story.ownership.owned == {'a'}
+
+
+def test_a_whole_scene_can_change_the_worlds_objects(story):
+    """A place that the world has not reported lately is the user's, and so is a removal."""
+    story.world(('a', ADD, 1.0), ('b', ADD, 1.0))
+    story.world(('a', MOVE, 2.0))
+    copy = story.copy()
+    copy.world.collision_objects = [
+        each for each in copy.world.collision_objects if each.id == 'a']
+    copy.world.collision_objects[0].pose.position.z = 5.0
+    story.now += LATEST_COPY + 1.0
+    story.publish(copy)
+    story.world(('a', MOVE, 3.0), ('b', MOVE, 3.0))
+    assert story.heights() == {'a': 5.0}
+
+
+def test_an_old_copy_is_the_users(story):
+    """A pose that the world left long ago is where the user wants the object."""
+    story.world(('a', ADD, 1.0))
+    copy = story.copy()
+    story.world(('a', MOVE, 2.0))
+    story.now += LATEST_COPY + 1.0
+    story.publish(copy)
+    story.world(('a', MOVE, 3.0))
+    assert story.heights() == {'a': 1.0}
+
+
+def test_a_refused_part_of_a_late_copy_changes_no_owner(story):
+    """The reason is raised, and the world's object is where it is now."""
+    story.world(('a', ADD, 1.0))
+    copy = story.copy()
+    story.world(('a', MOVE, 2.0))
+    copy.world.collision_objects.append(object_to_message(
+        CollisionObject('flat'), story.scene.model_frame))
+    with pytest.raises(PlanningError, match='no shape'):
+        story.publish(copy)
+    assert story.heights() == {'a': 2.0}
+    assert story.ownership.owned == {'a'}
+
+
+def test_a_difference_is_applied_as_it_is(story):
+    """An object that a client sends by itself is the user's, also at an earlier pose."""
+    story.world(('a', ADD, 1.0))
+    earlier = story.scene.objects['a']
+    story.world(('a', MOVE, 2.0))
+    story.ownership.apply_client(SceneUpdate(objects=(earlier,)))
+    story.world(('a', MOVE, 3.0))
+    assert story.heights() == {'a': 1.0}
 
 
 def test_a_wrong_object_does_not_keep_the_others_out(story):

@@ -198,7 +198,8 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
         edits=Worker('edits', executor), ticker=Ticker(node), planner=planner,
         query_planner=query_planner, planning_parameters=parameters,
         execution_settings=settings.trajectory_execution,
-        ownership=WorldOwnership(scene, standing_links(robot), node.get_logger().info),
+        ownership=WorldOwnership(
+            scene, standing_links(robot), node.get_logger().info, time.monotonic),
         robots=tuple(frozenset(each.model.active_joints) for each in cell.robots))
     if settings.simulation.deterministic:
         context.planning_clock = CountingClock

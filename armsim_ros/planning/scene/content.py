@@ -126,6 +126,22 @@ class SceneDraft:
             self.colors.pop(id_, None)
             self._forgotten.add(id_)
 
+    def restore(self, ids: Iterable[str], content: SceneContent) -> None:
+        """Set objects to what they are in another content; colours given meanwhile stay."""
+        for id_ in ids:
+            if id_ in content.attached:
+                self.attach(content.attached[id_])
+            else:
+                self.attached.pop(id_, None)
+                if id_ in content.objects:
+                    self.objects[id_] = content.objects[id_]
+                else:
+                    self.remove((id_,))
+            for colors, earlier in ((self.colors, content.colors),
+                                    (self.first_colors, content.first_colors)):
+                if id_ in earlier:
+                    colors.setdefault(id_, earlier[id_])
+
     def attach(self, item: AttachedObject) -> None:
         """Put an object onto the robot; it is in the world no more."""
         self.attached[item.id] = item

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
 import threading
@@ -158,6 +158,10 @@ class PlanningScene(SceneView):
         self._edit(lambda draft: refusals.extend(apply_update(draft, update)))
         if refusals:
             raise joined(refusals)
+
+    def restore(self, ids: Iterable[str], content: SceneContent) -> None:
+        """Set objects, in the world or on the robot, to what they are in another content."""
+        self._edit(lambda draft: draft.restore(ids, content))
 
     @contextmanager
     def edited(self) -> Iterator[PlanningScene]:

@@ -108,7 +108,7 @@ def _apply(context: Context, read: Callable[[], SceneUpdate], source: str) -> Jo
             if of_world(update):
                 context.ownership.apply(update)
             else:
-                context.scene.apply(update)
+                context.ownership.apply_client(update)
             done = True
         return done
 
