@@ -220,7 +220,7 @@ class PlanningScene:
 
     def load_geometry_from_file(self, file_path_and_name: str) -> bool:
         """Add the objects of a file to the world; return whether that was done."""
-        return self._attempt('load_geometry_from_file', lambda: self._scene.apply(
+        return self._attempt('load_geometry_from_file', lambda: self._scene.load(
             read_scene_file(file_path_and_name)))
 
     @staticmethod

@@ -88,6 +88,8 @@ def read_scene_file(path: str) -> SceneUpdate:
     """
     Return what a file adds to a world: its objects and their colours.
 
+    :meth:`PlanningScene.load` puts it into a scene.
+
     :raises PlanningError: the file has another form; the text names the line.
     :raises OSError: it cannot be read.
     """
@@ -168,7 +170,7 @@ class _Reader:
         pose = np.eye(4) if old else self._pose()
         shapes: list[ObjectShape] = []
         color = _NO_COLOR
-        for _ in range(self._count('the number of shapes')):
+        for _ in range(self._count('the number of shapes', 1)):
             geometry = self._shape()
             shapes.append(ObjectShape(geometry, self._pose()))
             color = self._color()
@@ -220,10 +222,10 @@ class _Reader:
         r, g, b, a = self._floats(4, 'a colour')
         return r, g, b, a
 
-    def _count(self, what: str) -> int:
+    def _count(self, what: str, least: int = 0) -> int:
         (value,) = self._floats(1, what)
-        if value < 0 or value != int(value) or value > len(self._lines):
-            raise self._wrong(f'{value:g}', what)
+        if value < least or value != int(value) or value > len(self._lines):
+            raise self._wrong(f'{value:g}', f'{what}, {least} or more')
         return int(value)
 
     def _floats(self, count: int, what: str) -> list[float]:

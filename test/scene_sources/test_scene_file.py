@@ -39,7 +39,7 @@ def test_what_is_written_is_read(model: KinematicModel, tmp_path: Path) -> None:
     path = tmp_path / 'kitchen.scene'
     write_scene_file(str(path), scene)
     again = PlanningScene(model)
-    again.apply(read_scene_file(str(path)))
+    again.load(read_scene_file(str(path)))
     before, after = scene.objects['all of them'], again.objects['all of them']
     assert after.pose == pytest.approx(before.pose)
     assert [type(one.geometry) for one in after.shapes] == [
@@ -50,9 +50,56 @@ def test_what_is_written_is_read(model: KinematicModel, tmp_path: Path) -> None:
     assert after.subframes['grip here'] == pytest.approx(before.subframes['grip here'])
 
 
+OBJECT = """* {}
+0 0 0
+0 0 0 1
+1
+box
+0.1 0.1 0.1
+0.5 0 0.2
+0 0 0 1
+0 0 0 0
+1
+tip
+0 0 0.1
+0 0 0 1
+"""
+
+
+def scene_file(path: Path, *names: str) -> str:
+    """Write a file with objects of these names; return its path."""
+    path.write_text(''.join(['tools\n', *map(OBJECT.format, names), '.\n']), encoding='utf-8')
+    return str(path)
+
+
+def test_an_object_keeps_the_pose_of_the_file(model: KinematicModel, tmp_path: Path) -> None:
+    """
+    Also with a single shape beside its origin, as planning_scene.cpp, loadGeometryFromStream.
+
+    The pose of a shape becomes that of its object in messages alone.
+    """
+    scene = PlanningScene(model)
+    scene.load(read_scene_file(scene_file(tmp_path / 'tools.scene', 'tool')))
+    assert scene.frame_pose('tool') == pytest.approx(np.eye(4))
+    assert scene.frame_pose('tool/tip') == pytest.approx(pose_matrix((0.0, 0.0, 0.1)))
+    (shape,) = scene.objects['tool'].shapes
+    assert shape.pose == pytest.approx(pose_matrix((0.5, 0.0, 0.2)))
+
+
+def test_a_file_that_the_scene_refuses_adds_nothing(model: KinematicModel, tmp_path: Path) -> None:
+    """All objects are added, or none and no name."""
+    path = scene_file(tmp_path / 'map.scene', 'tool', '<octomap>')
+    scene = PlanningScene(model, name='before')
+    before = scene.content
+    with pytest.raises(PlanningError, match='octomap'):
+        scene.load(read_scene_file(path))
+    assert scene.content is before
+
+
 @pytest.mark.parametrize(('text', 'line'), [
     ('name\ncrate\n', 2), ('name\n* a\n0 0 0\n0 0 0 1\n1\nblob\n', 6),
     ('name\n* a\n0 0 0\n0 0 0 1\n1\nsphere\n-1\n', 7), ('name\n', 1),
+    ('name\n* a\n0 0 0\n0 0 0 1\n0\n0\n.\n', 5),
 ])
 def test_mistakes_are_told_with_their_line(tmp_path: Path, text: str, line: int) -> None:
     """A file of another form is refused with file, line and what must stand there."""

@@ -49,6 +49,16 @@ def apply_object(draft: SceneDraft, item: CollisionObject) -> None:
     draft.objects[item.id] = body
 
 
+def place_object(draft: SceneDraft, item: CollisionObject) -> None:
+    """
+    Add a world object, or replace it; the poses of object and shapes are taken as they are given.
+
+    :raises PlanningError: INVALID_OBJECT_NAME or FRAME_TRANSFORM_FAILURE with the reason.
+    """
+    _check_id(item.id)
+    draft.objects[item.id] = _as_given(draft, item)
+
+
 def apply_attached(draft: SceneDraft, item: AttachedObject) -> None:
     """
     Do an operation on an attached object.

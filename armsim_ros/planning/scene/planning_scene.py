@@ -17,7 +17,7 @@ from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import FixedFrame, SceneContent, SceneDraft
-from armsim_ros.planning.scene.object_operations import apply_attached, apply_object
+from armsim_ros.planning.scene.object_operations import apply_attached, apply_object, place_object
 from armsim_ros.planning.scene.objects import AttachedObject, CollisionObject
 from armsim_ros.planning.scene.octomap import Octomap
 from armsim_ros.planning.scene.scene_view import SceneView
@@ -158,6 +158,20 @@ class PlanningScene(SceneView):
         self._edit(lambda draft: refusals.extend(apply_update(draft, update)))
         if refusals:
             raise joined(refusals)
+
+    def load(self, update: SceneUpdate) -> None:
+        """
+        Add what a scene file holds, with the poses of the file.
+
+        :raises PlanningError: with a sentence for every part that cannot be added; the scene is
+            as it was then.
+        """
+        def load_all(draft: SceneDraft) -> None:
+            refusals = apply_update(draft, update, place_object)
+            if refusals:
+                raise joined(refusals)
+
+        self._edit(load_all)
 
     def restore(self, ids: Iterable[str], content: SceneContent) -> None:
         """Set objects, in the world or on the robot, to what they are in another content."""

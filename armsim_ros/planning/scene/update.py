@@ -107,8 +107,15 @@ class _Attempts:
             self.refusals.append(error)
 
 
-def apply_update(draft: SceneDraft, update: SceneUpdate) -> list[PlanningError]:
-    """Do all that a scene message asks for and that can be done; return the other refusals."""
+def apply_update(
+    draft: SceneDraft, update: SceneUpdate,
+    apply_item: Callable[[SceneDraft, CollisionObject], None] = apply_object,
+) -> list[PlanningError]:
+    """
+    Do all that a scene message asks for and that can be done; return the other refusals.
+
+    :param apply_item: what is done with each object of the world.
+    """
     state = update.robot_state
     attempt = _Attempts(draft, (*update.unreadable, *state.unreadable))
     whole = not update.is_diff
@@ -143,7 +150,7 @@ def apply_update(draft: SceneDraft, update: SceneUpdate) -> list[PlanningError]:
     if whole or update.replaces_world:
         draft.objects = {}
     for item in update.objects:
-        attempt(apply_object, item)
+        attempt(apply_item, item)
     if update.octomap is not None:
         attempt(_set_octomap, update.octomap)
     return attempt.refusals

@@ -98,7 +98,7 @@ class GeometryFiles:
     async def _load(self, request: Any, response: Any) -> None:
         def load() -> None:
             path = self._folder / request.file_path_and_name
-            self._context.scene.apply(read_scene_file(str(path)))
+            self._context.scene.load(read_scene_file(str(path)))
 
         response.success = await done(self._context, 'load_geometry_from_file', load)
 
