@@ -101,7 +101,7 @@ RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
 
 #: Keys of a pipeline that others read -> why they have no effect here.
 UNUSED_PIPELINE_KEYS = {
-    'capabilities': 'name further capabilities at the top level',
+    'capabilities': 'give it to move_group as a parameter, or at the top level',
     'max_goal_samples': '',
     'max_goal_sampling_attempts': '',
     'max_state_sampling_attempts': '',
@@ -156,6 +156,10 @@ class PlanningParameters(Settings):
     octomap: bool = parameter(False, 'build an octomap from the cameras of simulation.yaml')
     geometry_folder: str = parameter(
         '', 'save_geometry_to_file writes below this folder only; none: scenes in $ROS_HOME')
+    planning_scene_frame_publishing_rate: float = parameter(
+        10.0, 'transforms of each object a second, with move_group/TfPublisher [Hz]', gt=0.0)
+    planning_scene_tf_prefix: str | None = parameter(
+        None, "first part of these frames' names, '' for none; by default the node's name")
     joint_state_topics: tuple[str, ...] = parameter(
         (), "topics with joint states; none: the namespace's and /joint_states")
 

@@ -34,6 +34,8 @@ from armsim_ros.nodes.upstream.robot_package import (
 _BLOCK = 'moveit_servo.'
 #: Parameters of move_group about its octomap, beside a block for each sensor.
 _OF_OCTOMAP = ('sensors', 'octomap_resolution', 'octomap_frame')
+#: How the name of a pipeline's parameter ends that adds capabilities.
+_OF_PIPELINE = '.capabilities'
 #: Parameters beside the block.
 _BESIDE = ('butterworth_filter_coeff', 'update_period', 'planning_group_name')
 #: Upstream's defaults of what is the robot's own where servo is started with a robot of ours.
@@ -85,7 +87,9 @@ def move_group_words(arguments: NodeArguments, folder: Path) -> list[str]:
     values = arguments.values
     values.setdefault('moveit_manage_controllers', False)
     words = described_package(arguments, folder)
-    arguments.rest += _params_file(folder / 'sensors.yaml', sensor_parameters(values))
+    arguments.rest += _params_file(folder / 'move_group.yaml', {
+        **sensor_parameters(values),
+        **{name: value for name, value in values.items() if name.endswith(_OF_PIPELINE)}})
     arguments.rest += [word for name in (URDF, SEMANTIC) if values.get(f'publish_{name}') is True
                        for word in ('-p', f'publish_{name}:=true')]
     return [*words, *arguments.ros_args(with_name=arguments.namespace != '/')]

@@ -2,7 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a launch file's parameters of move_group become."""
 
-from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
+import pytest
+
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.model.loading import load_robot_model
+from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
+from armsim_ros.nodes.upstream.robot_programs import move_group_words, sensor_parameters
 
 VALUES = {
     'sensors': ['kinect'], 'octomap_resolution': 0.02, 'kinect.max_range': 5.0,
@@ -22,3 +27,34 @@ def test_no_sensors_are_no_parameters():
     assert not sensor_parameters({**VALUES, 'sensors': ['']})
     assert not sensor_parameters({**VALUES, 'sensors': []})
     assert not sensor_parameters({'octomap_resolution': 0.02})
+
+
+@pytest.fixture
+def started(tmp_path):
+    """Return what gives the words that start move_group with some parameters."""
+    robot = load_robot_model(load_robot_settings('sunday'))
+
+    def words(**parameters):
+        return move_group_words(NodeArguments('move_group', values={
+            'robot_description': robot.urdf, 'robot_description_semantic': robot.srdf,
+            'planning_pipelines': ['ompl'], **parameters}), tmp_path)
+
+    return words
+
+
+def test_parameters_of_the_objects_frames_reach_the_node(started):
+    """tf_publisher_capability.cpp, initialize reads them from the node."""
+    robot, *_ = started(
+        capabilities='move_group/TfPublisher', planning_scene_tf_prefix='',
+        planning_scene_frame_publishing_rate=30)
+    planning = load_robot_settings(robot.removeprefix('robot:=')).planning_parameters
+    assert planning.capabilities == ('move_group/TfPublisher',)
+    assert planning.planning_scene_tf_prefix == ''
+    assert planning.planning_scene_frame_publishing_rate == 30.0
+
+
+def test_capabilities_of_a_pipeline_reach_the_node(started):
+    """move_group.cpp, configureCapabilities reads those of each pipeline from the node."""
+    words = started(**{'ompl.capabilities': 'move_group/TfPublisher'})
+    given = read_node_arguments(words[words.index('--ros-args'):], 'move_group').values
+    assert given == {'ompl.capabilities': 'move_group/TfPublisher'}

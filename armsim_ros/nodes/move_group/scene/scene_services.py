@@ -142,9 +142,6 @@ async def done(context: Context, source: str, work: Callable[[], None]) -> bool:
     return bool(await context.edits.submit(attempt))
 
 
-RATE, PREFIX = 'planning_scene_frame_publishing_rate', 'planning_scene_tf_prefix'
-
-
 class SceneFrames:
     """
     Publishes the frames of objects and their subframes, attached ones included.
@@ -156,13 +153,15 @@ class SceneFrames:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        node = context.node
-        rate = float(_parameter(context, RATE, 10))
-        prefix = str(_parameter(context, PREFIX, node.get_name()))
+        node, parameters = context.node, context.planning_parameters
+        prefix = parameters.planning_scene_tf_prefix
+        if prefix is None:
+            prefix = node.get_name()
         self._prefix = f'{prefix}/' if prefix else ''
         self._publisher = node.create_publisher(TFMessage, '/tf', qos.TF)
         self._timer = node.create_timer(
-            1.0 / max(rate, 0.1), self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            1.0 / parameters.planning_scene_frame_publishing_rate, self._publish,
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _publish(self) -> None:
         scene = self._context.scene.snapshot()
@@ -182,14 +181,6 @@ class SceneFrames:
         place.x, place.y, place.z = map(float, pose[:3, 3])
         turn.x, turn.y, turn.z, turn.w = map(float, quat_xyzw_from_matrix(pose))
         self._publisher.publish(TFMessage(transforms=[made]))
-
-
-def _parameter(context: Context, name: str, default: Any) -> Any:
-    """Return a parameter of the node, or its default."""
-    node = context.node
-    if not node.has_parameter(name):
-        node.declare_parameter(name, default)
-    return node.get_parameter(name).value
 
 
 class ClearOctomap:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.config.ompl_planning import PlanningParameters
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.loading import load_robot_model
@@ -21,17 +22,8 @@ from armsim_ros.planning.scene.planning_scene import PlanningScene
 class Node:
     """What the frames need of a node."""
 
-    def __init__(self, **parameters):
-        self.parameters, self.sent = parameters, []
-
-    def has_parameter(self, name):
-        return name in self.parameters
-
-    def declare_parameter(self, name, value):
-        self.parameters[name] = value
-
-    def get_parameter(self, name):
-        return SimpleNamespace(value=self.parameters[name])
+    def __init__(self):
+        self.sent = []
 
     def get_name(self):
         return 'move_group'
@@ -59,9 +51,10 @@ def published():
     scene.apply_attached(AttachedObject('link_6', CollisionObject('tool')))
 
     def make(**parameters):
-        node = Node(**parameters)
-        frame = scene.model_frame
-        frames = SceneFrames(SimpleNamespace(node=node, scene=scene, frame=frame))
+        node = Node()
+        frames = SceneFrames(SimpleNamespace(
+            node=node, scene=scene, frame=scene.model_frame,
+            planning_parameters=PlanningParameters(**parameters)))
         node.publish()
         assert all(len(message.transforms) == 1 for message in node.sent)
         sent = [message.transforms[0] for message in node.sent]
@@ -77,7 +70,6 @@ def test_objects_and_subframes(published):
     moveit_ros tf_publisher_capability.cpp.
     """
     _, node, transforms = published()
-    assert node.parameters['planning_scene_frame_publishing_rate'] == 10
     assert node.period == pytest.approx(0.1)
     assert set(transforms) == {
         'move_group/box', 'move_group/box/top', 'move_group/tool', 'move_group/tool/top',
@@ -97,3 +89,9 @@ def test_prefix(published, prefix, name):
     """The prefix is the parameter's, '' for none."""
     _, _, transforms = published(planning_scene_tf_prefix=prefix)
     assert name in transforms
+
+
+def test_rate(published):
+    """Each frame is published as often as the parameter says."""
+    _, node, _ = published(planning_scene_frame_publishing_rate=50)
+    assert node.period == pytest.approx(0.02)
