@@ -75,7 +75,7 @@ class PlannerParams:
         if request.group:
             merged = {**configs.get(config_name(request.group, config), {}), **merged}
         response.params.keys = list(merged)
-        response.params.values = [str(value) for value in merged.values()]
+        response.params.values = [_text(value) for value in merged.values()]
         response.params.descriptions = [''] * len(merged)
 
     async def _set(self, request: SetPlannerParams.Request, _: object) -> None:
@@ -106,6 +106,11 @@ class PlannerParams:
     def _planners(self, pipeline: str) -> PlannerTable:
         """Return the configurations of a pipeline."""
         return self._pilz if pipeline == PILZ else self._context.planner.settings.planners
+
+
+def _text(value: object) -> str:
+    """Return a parameter's value as rclcpp writes it."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def config_name(group: str, config: str) -> str:
