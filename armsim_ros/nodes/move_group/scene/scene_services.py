@@ -206,8 +206,8 @@ class MapFiles:
     """
     Writes the octomap to a ``.bt`` file, and reads it from a file, in the model frame.
 
-    Files are below the folder of the parameter ``geometry_folder``; a path that is not absolute
-    begins there.
+    Files are written only below the folder of the parameter ``geometry_folder``; a path
+    that is not absolute begins there.
 
     :param replace: puts a map in the place of the present one.
     """
@@ -229,7 +229,7 @@ class MapFiles:
 
     async def _load(self, request: LoadMap.Request, response: LoadMap.Response) -> None:
         def load() -> None:
-            content = below_folder(self._folder, request.filename).read_bytes()
+            content = (self._folder / request.filename).read_bytes()
             self._replace(read_map_file(content, np.eye(4)))
 
         response.success = await done(self._context, 'load_map', load)
