@@ -20,6 +20,8 @@ Quaternion = tuple[float, float, float, float]
 
 _LETTERS = 'xyz'
 _EPSILON = 4.0 * float(np.finfo(float).eps)
+#: By how much a matrix may differ from one of the kind that is taken apart.
+_TOLERANCE = 1e-8
 
 
 def identity_matrix() -> Array:
@@ -48,6 +50,20 @@ def rotation_matrix(angle: float, direction: Any, point: Any = None) -> Array:
     return matrix
 
 
+def rotation_from_matrix(matrix: Any) -> tuple[float, Array, Array]:
+    """
+    Return the angle, the axis (3,) and a point (4,) on it of a rotation.
+
+    :raises ValueError: the matrix is not a rotation about a line.
+    """
+    x, y, z, w = quaternion_from_matrix(matrix)
+    vector, sine = np.array([x, y, z]), math.hypot(x, y, z)
+    angle = 2.0 * math.atan2(sine, w)
+    axis = vector / sine if sine > _EPSILON else np.array([0.0, 0.0, 1.0])
+    point = _fixed_point(matrix, rotation_matrix(angle, axis))
+    return angle, axis, np.append(point, 1.0)
+
+
 def scale_matrix(factor: float, origin: Any = None, direction: Any = None) -> Array:
     """Return the matrix of a scaling about a point, in all directions or in a single one."""
     matrix = np.eye(4)
@@ -65,6 +81,120 @@ def scale_matrix(factor: float, origin: Any = None, direction: Any = None) -> Ar
 def reflection_matrix(point: Any, normal: Any) -> Array:
     """Return the matrix of a reflection in a plane through a point."""
     return scale_matrix(-1.0, point, normal)
+
+
+def scale_from_matrix(matrix: Any) -> tuple[float, Array, Array | None]:
+    """
+    Return the factor, the origin (3,) and the direction (3,) of a scaling.
+
+    The direction is None where it scales in all directions alike.
+
+    :raises ValueError: the matrix is not a scaling.
+    """
+    values, vectors = np.linalg.eigh(np.asarray(matrix, float)[:3, :3])
+    factor, direction = float(values[0]), None
+    if np.ptp(values) > _TOLERANCE:
+        index = int(np.abs(values - 1.0).argmax())
+        factor, direction = float(values[index]), vectors[:, index]
+    return factor, _fixed_point(matrix, scale_matrix(factor, direction=direction)), direction
+
+
+def reflection_from_matrix(matrix: Any) -> tuple[Array, Array]:
+    """
+    Return a point (3,) of the plane of a reflection, and its normal (3,).
+
+    :raises ValueError: the matrix is not a reflection.
+    """
+    factor, point, normal = scale_from_matrix(matrix)
+    if normal is None or abs(factor + 1.0) > _TOLERANCE:
+        raise ValueError('the matrix is not a reflection')
+    return point, normal
+
+
+def _fixed_point(matrix: Any, linear: Array) -> Array:
+    """
+    Return the point (3,) nearest to the origin that a matrix does not move.
+
+    :param linear: (4, 4) of the same directions, about the origin.
+    """
+    m = np.asarray(matrix, float)
+    differences = np.eye(3) - m[:3, :3]
+    point = np.linalg.lstsq(differences, m[:3, 3], rcond=_TOLERANCE)[0]
+    left = np.abs(differences @ point - m[:3, 3]).max()
+    if left > _TOLERANCE * (1.0 + np.abs(m[:3, 3]).max()) \
+            or not np.allclose(m[:3, :3], linear[:3, :3], rtol=0.0, atol=_TOLERANCE):
+        raise ValueError('the matrix is of another kind, or moves all points')
+    return np.asarray(point)
+
+
+def compose_matrix(scale: Any = None, shear: Any = None, angles: Any = None,
+                   translate: Any = None, perspective: Any = None) -> Array:
+    """
+    Return the matrix of a shear, then a scaling, a rotation and a translation.
+
+    :param scale: (3,) factors.
+    :param shear: (3,) factors x-y, x-z, y-z.
+    :param angles: (3,) about the static axes x, y, z.
+    :param translate: (3,)
+    :param perspective: not used, as upstream.
+    """
+    matrix = np.eye(4) if angles is None else euler_matrix(*angles)
+    if scale is not None:
+        matrix[:3, :3] *= np.asarray(scale, float)
+    if shear is not None:
+        sheared = np.eye(3)
+        sheared[np.triu_indices(3, 1)] = shear
+        matrix[:3, :3] = matrix[:3, :3] @ sheared
+    if translate is not None:
+        matrix[:3, 3] = translate
+    return matrix
+
+
+def decompose_matrix(
+    matrix: Any
+) -> tuple[Array, Array, tuple[float, float, float], Array, None]:
+    """
+    Return scale, shear, angles, translation and perspective as compose_matrix takes them.
+
+    A matrix that mirrors has a negative first factor. The perspective is None, as upstream.
+
+    :raises ValueError: the matrix is degenerate.
+    """
+    m = np.array(matrix, float)
+    # The shear is upper triangular, so scaling times shear is a Cholesky factor.
+    factor = np.linalg.cholesky(m[:3, :3].T @ m[:3, :3]).T
+    scale = np.diag(factor).copy()
+    shear = (factor / scale[:, np.newaxis])[np.triu_indices(3, 1)]
+    if np.linalg.det(m[:3, :3]) < 0.0:
+        scale[0], factor[0] = -scale[0], -factor[0]
+    return scale, shear, euler_from_matrix(m[:3, :3] @ np.linalg.inv(factor)), m[:3, 3], None
+
+
+def superimposition_matrix(
+    v0: Any, v1: Any, scaling: bool = False, usesvd: bool = True
+) -> Array:
+    """
+    Return the matrix that moves points closest to others, by least squares.
+
+    :param v0: (3 or 4, n) points, at least three.
+    :param v1: (3 or 4, n) where they shall be.
+    :param scaling: also scale by the ratio of the extents.
+    :param usesvd: upstream's choice between two methods with the same result; not used.
+    :raises ValueError: the shapes are different or too small.
+    """
+    first, second = (np.asarray(each, float)[:3] for each in (v0, v1))
+    if first.shape != second.shape or first.ndim != 2 or first.shape[1] < 3:
+        raise ValueError('two arrays of the same shape with three points or more are needed')
+    centres = first.mean(axis=1), second.mean(axis=1)
+    first, second = first - centres[0][:, np.newaxis], second - centres[1][:, np.newaxis]
+    left, _, right = np.linalg.svd(second @ first.T)
+    handed = np.diag([1.0, 1.0, float(np.sign(np.linalg.det(left @ right)))])
+    matrix = np.eye(4)
+    matrix[:3, :3] = left @ handed @ right
+    if scaling:
+        matrix[:3, :3] *= np.linalg.norm(second) / np.linalg.norm(first)
+    matrix[:3, 3] = centres[1] - matrix[:3, :3] @ centres[0]
+    return matrix
 
 
 def inverse_matrix(matrix: Any) -> Array:

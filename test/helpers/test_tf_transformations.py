@@ -89,3 +89,84 @@ def test_matrices():
     assert tf.unit_vector([0, 3, 4]) == pytest.approx([0, 0.6, 0.8])
     assert tf.vector_norm(tf.random_quaternion()) == pytest.approx(1)
     assert np.linalg.det(tf.random_rotation_matrix([0.1, 0.2, 0.3])) == pytest.approx(1)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.5, -2.0, np.pi])
+def test_a_rotation_is_taken_apart(angle):
+    """Angle, axis and a point on it make the same matrix; a screw has no such point."""
+    turn = tf.rotation_matrix(angle, (1, 2, -3), (0.5, -1, 2))
+    found, axis, point = tf.rotation_from_matrix(turn)
+    assert point.shape == (4,)
+    np.testing.assert_allclose(tf.rotation_matrix(found, axis, point), turn, atol=1e-9)
+    with pytest.raises(ValueError, match='kind'):
+        tf.rotation_from_matrix(tf.translation_matrix((1, 2, -3)) @ turn)
+    with pytest.raises(ValueError, match='kind'):
+        tf.rotation_from_matrix(tf.scale_matrix(2.0))
+
+
+@pytest.mark.parametrize('factor', [-1.0, -0.3, 0.0, 1.0, 2.5])
+@pytest.mark.parametrize('direction', [None, (1, 2, -3)])
+def test_a_scaling_is_taken_apart(factor, direction):
+    """Factor, origin and direction make the same matrix."""
+    scaled = tf.scale_matrix(factor, (0.5, -1, 2), direction)
+    np.testing.assert_allclose(tf.scale_matrix(*tf.scale_from_matrix(scaled)), scaled, atol=1e-9)
+    with pytest.raises(ValueError, match='kind'):
+        tf.scale_from_matrix(tf.rotation_matrix(0.3, (1, 0, 0)))
+
+
+def test_a_reflection_is_taken_apart():
+    """A point of the plane and its normal make the same matrix."""
+    mirror = tf.reflection_matrix((0.5, -1, 2), (1, 2, -3))
+    np.testing.assert_allclose(
+        tf.reflection_matrix(*tf.reflection_from_matrix(mirror)), mirror, atol=1e-9)
+    with pytest.raises(ValueError, match='reflection'):
+        tf.reflection_from_matrix(tf.scale_matrix(-1.0))
+
+
+@pytest.mark.parametrize('mirror', [1.0, -1.0])
+def test_a_matrix_is_composed_and_decomposed(mirror):
+    """A point is sheared, scaled, turned and moved, in this order."""
+    parts = {'scale': (2.0 * mirror, 3.0, 4.0), 'shear': (0.2, 0.1, 0.3),
+             'angles': (0.4, -0.5, 0.6), 'translate': (20, 30, 40)}
+    matrix = tf.compose_matrix(**parts)
+    sheared = np.array([[1, 0.2, 0.1], [0, 1, 0.3], [0, 0, 1]]) @ (1, 2, 3)
+    turned = Rotation.from_euler('xyz', parts['angles']).apply(sheared * parts['scale'])
+    np.testing.assert_allclose(matrix @ (1, 2, 3, 1), [*(turned + parts['translate']), 1])
+    scale, shear, angles, translate, perspective = tf.decompose_matrix(matrix)
+    for found, name in ((scale, 'scale'), (shear, 'shear'), (angles, 'angles'),
+                        (translate, 'translate')):
+        np.testing.assert_allclose(found, parts[name], atol=1e-9)
+    assert perspective is None
+    np.testing.assert_allclose(tf.compose_matrix(), np.eye(4))
+    with pytest.raises(ValueError, match='positive definite'):
+        tf.decompose_matrix(np.zeros((4, 4)))
+
+
+@pytest.fixture
+def points():
+    """Return homogeneous points (4, 12)."""
+    return np.vstack([np.random.default_rng(4).normal(size=(3, 12)), np.ones(12)])
+
+
+@pytest.mark.parametrize('rows', [3, 4])
+def test_points_are_superimposed(points, rows):
+    """Rotation, translation and scale between two sets of points are found."""
+    moved = tf.compose_matrix([2, 2, 2], None, (0.4, -0.5, 0.6), (1, 2, 3))
+    np.testing.assert_allclose(
+        tf.superimposition_matrix(points[:rows], (moved @ points)[:rows], True), moved)
+    with pytest.raises(ValueError, match='three'):
+        tf.superimposition_matrix(points[:rows, :2], points[:rows, :2])
+
+
+@pytest.mark.parametrize('spread', [1.0, 0.0])
+def test_superimposed_points_with_noise(points, spread):
+    """The rotation is that of the least squares, proper also for points in a plane."""
+    points[2] *= spread
+    noisy = points[:3, ::-1] + np.random.default_rng(5).normal(size=(3, 12))
+    expected, _ = Rotation.align_vectors(
+        (noisy - noisy.mean(axis=1)[:, None]).T,
+        (points[:3] - points[:3].mean(axis=1)[:, None]).T)
+    found = tf.superimposition_matrix(points[:3], noisy)
+    np.testing.assert_allclose(found[:3, :3], expected.as_matrix(), atol=1e-9)
+    np.testing.assert_allclose(
+        (found @ points)[:3].mean(axis=1), noisy.mean(axis=1), atol=1e-12)
