@@ -202,7 +202,7 @@ class JointPositions:
         self, node: PollingNode, kinematics: KinematicModel, topics: Sequence[str],
         needed: Sequence[str],
     ) -> None:
-        self._kinematics = kinematics
+        self._node, self._kinematics = node, kinematics
         self._places = {name: place for place, name in enumerate(kinematics.names)}
         self._missing = set(needed)
         #: (n,) [rad or m].
@@ -219,13 +219,18 @@ class JointPositions:
         return tuple(sorted(self._missing))
 
     def _receive(self, message: JointState) -> None:
+        names, values = message.name, message.position
+        if len(names) != len(values):
+            self._node.get_logger().warning(
+                f'joint state dropped: {len(names)} names and {len(values)} positions',
+                throttle_duration_sec=1.0)
+            return
         q = self.q.copy()
-        for name, value in zip(message.name, message.position, strict=False):
+        for name, value in zip(names, values, strict=True):
             place = self._places.get(name)
             if place is not None and math.isfinite(value):
                 q[place] = value
-        if self._missing:
-            self._missing -= set(message.name)
+                self._missing.discard(name)
         self.q = self._kinematics.apply_mimic(q)
         self.stamp_ns = ns_from_time(message.header.stamp)
 
