@@ -279,7 +279,7 @@ class PollingNode(GuardedNode):
 
     def catch_up(self, *subscriptions: Subscription) -> None:
         """
-        Hand over all messages that have come in; always from the same thread.
+        Hand over all messages that have come in; of a subscription, in one thread at a time.
 
         :param subscriptions: those to read; none means all.
         """

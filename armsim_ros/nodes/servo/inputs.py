@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 import math
+import threading
 import time
 from typing import Any
 
@@ -39,7 +40,6 @@ from armsim_ros.nodes.conversions.planning_scene import (
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.polling_node import PollingNode
 from armsim_ros.planning.scene.planning_scene import PlanningScene
-from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.servo.commands import (
     Command,
     CommandInbox,
@@ -205,13 +205,19 @@ class JointPositions:
         self._node, self._kinematics = node, kinematics
         self._places = {name: place for place, name in enumerate(kinematics.names)}
         self._missing = set(needed)
-        #: (n,) [rad or m].
+        self._reading = threading.Lock()
+        #: (n,) as of the messages that were read [rad or m].
         self.q: Vector = kinematics.default()
         #: Of the newest message [ns].
         self.stamp_ns = 0
         profile = QoSProfile(depth=4, reliability=qos.COMMAND.reliability)
         self.subscriptions = [
             node.poll(JointState, topic, self._receive, profile) for topic in topics]
+
+    def read(self) -> None:
+        """Read the messages that have come in; from any thread."""
+        with self._reading:
+            self._node.catch_up(*self.subscriptions)
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -287,14 +293,19 @@ class SceneFollower:
     """
     Keeps a scene equal to that of the node that serves ``get_planning_scene``.
 
+    The scene has the present robot state at each change, as where an attached object is on its
+    link depends on it, and in each answer.
+
+    :param states: the present robot state.
     :param topic: of the changes.
     :param serves: serve the scene from here where no other node does.
     """
 
     def __init__(
-        self, node: PollingNode, scene: PlanningScene, topic: str, *, serves: bool
+        self, node: PollingNode, scene: PlanningScene, states: JointPositions, topic: str, *,
+        serves: bool,
     ) -> None:
-        self._node, self._scene, self._serves = node, scene, serves
+        self._node, self._scene, self._states, self._serves = node, scene, states, serves
         self._own: Any = None
         self._looks = 0
         self._following = False
@@ -307,7 +318,7 @@ class SceneFollower:
             (AttachedCollisionObject, 'attached_collision_object',
              lambda message: scene.apply_attached(attached_from_message(message))),
             (PlanningSceneWorld, 'planning_scene_world',
-             lambda message: self._apply(world_from_message(message))),
+             lambda message: scene.apply(world_from_message(message))),
         ):
             node.create_subscription(
                 kind, name, partial(self._change, name, take), QoSProfile(depth=100))
@@ -341,20 +352,23 @@ class SceneFollower:
 
     def _receive(self, message: PlanningSceneMessage) -> None:
         scene, state = self._scene, message.robot_state.joint_state
+        self._update_state()
         if state.name:  # joint states report positions sooner
             positions = scene.kinematic_model.positions(scene.q)
             message.robot_state.joint_state = JointState(
                 name=list(positions), position=list(positions.values()))
         try:
-            self._apply(update_from_message(message, scene.model_frame))
+            scene.apply(update_from_message(message, scene.model_frame))
         except PlanningError as error:
             self._node.get_logger().error(f'planning scene: {error}; requesting the whole scene')
             self._following = False
 
-    def _apply(self, update: SceneUpdate) -> None:
-        self._scene.apply(update)
+    def _update_state(self) -> None:
+        self._states.read()
+        self._scene.set_state(self._states.q)
 
     def _change(self, topic: str, take: Callable[[Any], object], message: Any) -> None:
+        self._update_state()
         try:
             take(message)
         except PlanningError as error:
@@ -363,6 +377,7 @@ class SceneFollower:
     def _answer(
         self, request: GetPlanningScene.Request, response: GetPlanningScene.Response
     ) -> GetPlanningScene.Response:
+        self._update_state()
         requested = Component(request.components.components) or Component.ALL
         response.scene = scene_to_message(self._scene, requested)
         return response

@@ -77,15 +77,15 @@ class ServoNode:
         own = _joint_topics(cell.settings)
         topics = own if parameters.joint_topic == own[0] else (parameters.joint_topic,)
         self._frames = Transforms(self, moving=False)
+        states = JointPositions(node, kinematics, topics, stream.target.names)
         self._follower = SceneFollower(
-            node, self.scene, parameters.monitored_planning_scene_topic,
+            node, self.scene, states, parameters.monitored_planning_scene_topic,
             serves=parameters.is_primary_planning_scene_monitor)
         controller = ControllerWatch(node, topic, stream.target.names)
         self._streaming = Streaming(
             node=node, clock=clock, inbox=inbox,
             commands=CommandTopics(node, inbox, parameters, clock.now_ns, self._frame_named),
-            states=JointPositions(node, kinematics, topics, stream.target.names),
-            controller=controller, stream=stream,
+            states=states, controller=controller, stream=stream,
             output=JointCommands(node, topic, stream.target.names, parameters),
             status=StatusTopic(node, parameters.status_topic), parameters=parameters,
             ready=lambda: node.get_logger().info(READY))

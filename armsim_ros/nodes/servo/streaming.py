@@ -111,6 +111,8 @@ class Streaming:
                     self._look()
                 elif busy:
                     self.node.catch_up(*self._due(cycle))
+                    if self.stream.streaming and cycle % _JOINTS_EVERY == 0:
+                        self.states.read()
                 self._cycle()
                 cycle += 1
                 due = max(due + period, time.monotonic() - _MADE_UP * period)
@@ -133,8 +135,9 @@ class Streaming:
     def _look(self) -> None:
         """Read the states; commands last, as the clock determines what stamps mean."""
         commands = tuple(self.commands.subscriptions.values())
-        later = (*commands, self.controller.state)
-        self.node.catch_up(*(each for each in self.node.polled if each not in later))
+        apart = (*commands, self.controller.state, *self.states.subscriptions)
+        self.node.catch_up(*(each for each in self.node.polled if each not in apart))
+        self.states.read()
         self.clock.look(self.states.stamp_ns)
         self.node.catch_up(*commands)
 
@@ -148,8 +151,6 @@ class Streaming:
                 yield subscription
         if streaming and others_due:
             yield from self.controller.subscriptions
-        if streaming and cycle % _JOINTS_EVERY == 0:
-            yield from self.states.subscriptions
 
     def _rests(self) -> bool:
         """Whether there is nothing to do and no subscriber."""
@@ -248,7 +249,7 @@ class Streaming:
         if reference is None:
             if self.controller.awaited:
                 return False
-            self.node.catch_up(*self.states.subscriptions)
+            self.states.read()
             reference = self.states.q[self.stream.target.indices]
         self.stream.start(reference)
         self.output.start(now, self.stream)

@@ -10,6 +10,7 @@ from moveit_msgs.msg import PlanningScene as PlanningSceneMessage
 from moveit_msgs.srv import GetPlanningScene
 import numpy as np
 import pytest
+from sensor_msgs.msg import JointState
 from shape_msgs.msg import SolidPrimitive
 
 from armsim_ros.config.loading import load_robot_settings
@@ -18,7 +19,7 @@ from armsim_ros.model.geometry import Sphere
 from armsim_ros.model.loading import load_robot_model
 from armsim_ros.nodes.conversions.octomap import octomap_to_message
 from armsim_ros.nodes.conversions.planning_scene import scene_to_message
-from armsim_ros.nodes.servo.inputs import SceneFollower
+from armsim_ros.nodes.servo.inputs import JointPositions, SceneFollower
 from armsim_ros.planning.scene.content import FixedFrame
 from armsim_ros.planning.scene.objects import AttachedObject, ObjectShape
 from armsim_ros.planning.scene.objects import CollisionObject as WorldObject
@@ -32,6 +33,7 @@ class Graph:
     def __init__(self):
         self.others, self.own, self.asked, self.wall = 0, [], 0, ''
         self.receive, self.errors, self.names = {}, [], set()
+        self.joint_states = []
 
     def count_services(self, name):
         self.names.add(name)
@@ -40,6 +42,13 @@ class Graph:
     def create_client(self, kind, name):
         self.names.add(name)
         return SimpleNamespace(service_is_ready=lambda: bool(self.others), call_async=self._ask)
+
+    def poll(self, kind, topic, receive, qos):
+        return receive
+
+    def catch_up(self, receive):
+        while self.joint_states:
+            receive(self.joint_states.pop(0))
 
     def create_subscription(self, kind, topic, receive, qos):
         self.receive[topic] = receive
@@ -75,6 +84,24 @@ def scene():
     return PlanningScene(KinematicModel(load_robot_model(load_robot_settings('sunday'))))
 
 
+@pytest.fixture
+def graph():
+    """Return a graph in which nobody else is."""
+    return Graph()
+
+
+@pytest.fixture
+def follow(graph, scene):
+    """Return a function that lets the scene follow that graph."""
+    def follow(topic='/monitored_planning_scene', *, serves=False):
+        kinematics = scene.kinematic_model
+        states = JointPositions(
+            graph, kinematics, ('/joint_states',), kinematics.robot.active_joints)
+        return SceneFollower(graph, scene, states, topic, serves=serves)
+
+    return follow
+
+
 def looks(graph, count):
     """Let some seconds pass."""
     for _ in range(count):
@@ -82,33 +109,30 @@ def looks(graph, count):
 
 
 @pytest.mark.parametrize('primary', [True, False])
-def test_another_one_is_followed(scene, primary):
+def test_another_one_is_followed(graph, follow, scene, primary):
     """Where another node serves the scene it is taken once, whatever is_primary says."""
-    graph = Graph()
     graph.others, graph.wall = 1, 'wall'
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=primary)
+    follow(serves=primary)
     looks(graph, 6)
     assert graph.asked == 1
     assert 'wall' in scene.objects
     assert not graph.own
 
 
-def test_the_scene_is_that_of_the_same_namespace(scene):
+def test_the_scene_is_that_of_the_same_namespace(graph, follow):
     """
     All names are relative.
 
     Upstream: planning_scene_monitor.cpp, DEFAULT_PLANNING_SCENE_SERVICE.
     """
-    graph = Graph()
-    SceneFollower(graph, scene, '/robot1/monitored_planning_scene', serves=False)
+    follow('/robot1/monitored_planning_scene')
     looks(graph, 6)
     assert graph.names == {'get_planning_scene'}
 
 
-def test_alone_and_primary(scene):
+def test_alone_and_primary(graph, follow, scene):
     """Alone it serves the scene after a while; who comes later takes that over."""
-    graph = Graph()
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=True)
+    follow(serves=True)
     assert not graph.own
     looks(graph, 5)
     (answer,) = graph.own
@@ -120,19 +144,17 @@ def test_alone_and_primary(scene):
     assert 'table' in scene.objects
 
 
-def test_alone_and_not_primary(scene):
+def test_alone_and_not_primary(graph, follow):
     """Where it is not to be the primary one it serves nothing."""
-    graph = Graph()
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    follow()
     looks(graph, 10)
     assert not graph.own
 
 
-def test_followed_anew(scene):
+def test_followed_anew(graph, follow, scene):
     """A server that was away is asked again for all that it has."""
-    graph = Graph()
     graph.others, graph.wall = 1, 'wall'
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=True)
+    follow(serves=True)
     graph.others = 0
     looks(graph, 1)
     graph.others, graph.wall = 1, 'shelf'
@@ -141,10 +163,9 @@ def test_followed_anew(scene):
     assert 'shelf' in scene.objects
 
 
-def test_the_octomap_of_the_scene_is_followed(scene):
+def test_the_octomap_of_the_scene_is_followed(follow, scene):
     """Cells of move_group's map count, as in planning_scene.cpp, setPlanningSceneDiffMsg."""
-    graph = Graph()
-    follower = SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    follower = follow()
     message = PlanningSceneMessage(is_diff=True)
     message.robot_state.is_diff = True
     message.world.octomap = octomap_to_message(octomap_from_cells(
@@ -154,14 +175,13 @@ def test_the_octomap_of_the_scene_is_followed(scene):
     assert scene.octomap is not None
 
 
-def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
+def test_a_full_scene_brings_what_is_attached_and_no_joints(graph, follow, scene):
     """
     Attached objects are those of the message; joint states report positions sooner.
 
     moveit_core conversions.cpp, robotStateMsgToRobotStateHelper.
     """
-    graph = Graph()
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    follow()
     other = PlanningScene(scene.kinematic_model)
     other.apply_attached(AttachedObject('link_6', WorldObject(
         'tool', shapes=(ObjectShape(Sphere(0.01)),))))
@@ -174,14 +194,13 @@ def test_a_full_scene_brings_what_is_attached_and_no_joints(scene):
     assert scene.kinematic_model.positions(scene.q)['joint_1'] == 0.0
 
 
-def test_a_full_scene_leaves_the_frames_of_tf_on_their_links(scene):
+def test_a_full_scene_leaves_the_frames_of_tf_on_their_links(graph, follow, scene):
     """
     A frame of TF moves with its link after the scene of move_group has been taken over.
 
     moveit_ros servo.cpp, getIsometryForFrame looks up TF.
     """
-    graph = Graph()
-    SceneFollower(graph, scene, '/monitored_planning_scene', serves=False)
+    follow()
     served = PlanningScene(scene.kinematic_model)
     for each in (served, scene):
         each.set_frames({'camera': FixedFrame('link_6', np.eye(4))})
@@ -190,14 +209,13 @@ def test_a_full_scene_leaves_the_frames_of_tf_on_their_links(scene):
     np.testing.assert_allclose(scene.frame_pose('camera'), scene.frame_pose('link_6'))
 
 
-def test_topics_of_changes(scene):
+def test_topics_of_changes(graph, follow, scene):
     """
     Alone, servo knows of obstacles what MoveIt's topics bring.
 
     Upstream: utils/common.cpp, createPlanningSceneMonitor.
     """
-    graph = Graph()
-    SceneFollower(graph, scene, '/planning_scene', serves=True)
+    follow('/planning_scene', serves=True)
     graph.wall = 'wall'
     box = graph._ask(None).message
     graph.receive['collision_object'](box)
@@ -212,3 +230,57 @@ def test_topics_of_changes(scene):
     attached.object.id = 'ghost'
     graph.receive['attached_collision_object'](attached)
     assert 'ghost' in graph.errors[0]
+
+
+@pytest.fixture
+def q(graph, scene):
+    """Return a robot state (n,) away from the default, which its joint states report."""
+    joints = scene.kinematic_model.robot.group('manipulator').active_joints
+    positions = (1.0, 0.3, 1.5, 0.5, 1.0, 0.0)
+    graph.joint_states.append(JointState(name=list(joints), position=positions))
+    return scene.kinematic_model.vector(dict(zip(joints, positions, strict=True)))
+
+
+def test_an_object_attached_by_id_is_on_its_link_where_the_arm_is_now(graph, follow, scene, q):
+    """
+    Its pose on the link is that between the present robot state and the object in the world.
+
+    Upstream: planning_scene_monitor.cpp, updateSceneWithCurrentState; planning_scene.cpp,
+    processAttachedCollisionObjectMsg.
+    """
+    follow()
+    held = scene.kinematic_model.link_pose(q, 'link_6')
+    scene.apply_object(WorldObject('part', pose=held, shapes=(ObjectShape(Sphere(0.01)),)))
+    attached = AttachedCollisionObject(link_name='link_6')
+    attached.object.id, attached.object.operation = 'part', CollisionObject.ADD
+    diff = PlanningSceneMessage(is_diff=True)
+    diff.robot_state.is_diff = True
+    diff.robot_state.attached_collision_objects = [attached]
+    graph.receive['/monitored_planning_scene'](diff)
+    np.testing.assert_allclose(scene.attached['part'].object.pose, np.eye(4), atol=1e-12)
+
+
+def test_an_object_in_the_frame_of_a_link_is_where_that_link_is_now(graph, follow, scene, q):
+    """
+    Its pose in the world is that of the present robot state.
+
+    Upstream: planning_scene.cpp, processCollisionObjectAdd.
+    """
+    follow()
+    graph.wall = 'wall'
+    box = graph._ask(None).message
+    box.header.frame_id = 'link_6'
+    graph.receive['collision_object'](box)
+    np.testing.assert_allclose(
+        scene.objects['wall'].pose, scene.kinematic_model.link_pose(q, 'link_6'), atol=1e-12)
+
+
+def test_the_scene_that_is_served_has_the_present_robot_state(graph, follow, scene, q):
+    """As upstream's planning_scene_monitor.cpp, getPlanningSceneServiceCallback."""
+    follow(serves=True)
+    looks(graph, 5)
+    (answer,) = graph.own
+    response = answer(GetPlanningScene.Request(), GetPlanningScene.Response())
+    state = response.scene.robot_state.joint_state
+    positions = dict(zip(state.name, state.position, strict=True))
+    assert positions == scene.kinematic_model.positions(q)

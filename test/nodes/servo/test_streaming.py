@@ -52,7 +52,8 @@ class Cycles:
             clock=SimpleNamespace(now_ns=lambda: self.now, parted=False),
             inbox=self.inbox,
             commands=SimpleNamespace(subscriptions={}),
-            states=SimpleNamespace(q=made.q, missing=(), subscriptions=()),
+            states=SimpleNamespace(
+                q=made.q, missing=(), subscriptions=(), read=lambda: None),
             controller=self.controller,
             stream=made.stream,
             output=self.output,
