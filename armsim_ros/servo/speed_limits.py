@@ -36,16 +36,15 @@ class JointBounds:
     velocity: Vector
     acceleration: Vector
 
-    def limit_speed(self, velocity: Vector, override: float) -> Vector:
+    def speed_factor(self, velocity: Vector, override: float) -> float:
         """
-        Return velocities (m,) that no joint's limit forbids; a common factor.
+        Return the common factor, at most 1, with which no joint's limit forbids velocities (m,).
 
         :param override: factor of all velocities; below 0.01 it is off. The limits may make the
             common factor smaller.
         """
         excess = _greatest(np.abs(velocity) / self.velocity)
-        factor = min(override if override >= 0.01 else 1.0, 1.0 / max(excess, 1.0))
-        return velocity * factor if factor < 1.0 else velocity
+        return min(override if override >= 0.01 else 1.0, 1.0 / max(excess, 1.0))
 
     def limit_position(
         self, q: Vector, velocity: Vector, period: float, *, all_halt: bool

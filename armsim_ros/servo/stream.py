@@ -31,7 +31,7 @@ LOOKS_A_SECOND = 50.0
 SETTLED = 1e-6
 """Nearer to rest than this is at rest [rad or m, a cycle]."""
 BLOCKED = 0.01
-"""A twist of which the joints make a smaller share than this does not move the tip."""
+"""A twist of which the joints make less than this share of what their limits allow is blocked."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,16 +149,19 @@ class ServoStream:
         q[self.target.indices] = self._position
         velocity = np.zeros_like(self._velocity)
         findings: list[Finding] = []
+        factor = 1.0
         if command is not None:
             requested = self.target.wanted(command, q, parameters)
             findings += requested.findings
+            factor = self.bounds.speed_factor(
+                requested.velocity, parameters.override_velocity_scaling_factor)
             velocity = self._bounded(
-                requested.velocity, requested.cartesian, q, parameters, findings)
+                factor * requested.velocity, requested.cartesian, q, parameters, findings)
         period = parameters.publish_period
         coming = self.bounds.accelerate(self._velocity, velocity, period)
         self._velocity = self.bounds.brake_in_time(self._position, self._velocity, coming, period)
         if isinstance(command, Twist):
-            self._add_way_out(command, q, parameters, velocity, findings)
+            self._add_way_out(command, q, parameters, velocity, factor * BLOCKED, findings)
         self._position = self._position + self._velocity * period
         before, self._sent = self._sent, self._smoothing.smooth(self._position)
         moved = self._sent - before
@@ -168,10 +171,10 @@ class ServoStream:
         return Cycle(self._sent, moved / period, at_rest, tuple(findings))
 
     def _add_way_out(self, command: Twist, q: Vector, parameters: ServoParameters,
-                     velocity: Vector, findings: list[Finding]) -> None:
+                     velocity: Vector, least: float, findings: list[Finding]) -> None:
         """Add to the findings about a twist that moves nothing which directions are free."""
         if not command.moves or any(
-                self.target.progress(command, q, each, parameters)[0] > BLOCKED
+                self.target.progress(command, q, each, parameters)[0] > least
                 for each in (velocity, self._velocity)):
             self._way_out.forget()
             return
@@ -187,7 +190,6 @@ class ServoStream:
         self, velocity: Vector, cartesian: bool, q: Vector, parameters: ServoParameters,
         findings: list[Finding]
     ) -> Vector:
-        velocity = self.bounds.limit_speed(velocity, parameters.override_velocity_scaling_factor)
         all_halt = (
             parameters.halt_all_joints_in_cartesian_mode
             if cartesian

@@ -31,6 +31,8 @@ ROTATION_WEIGHT = 0.1
 _DAMPING = 1e-8
 _LOST = 1e-4
 """A singular value below this share of the greatest is a motion that is lost."""
+_LONGEST = 0.05
+"""No half cycle is taken to move a joint farther: the joints are slower than that [rad or m]."""
 APPROACH = (0.4, 1.5)
 """Deceleration towards a pose [m/s^2, rad/s^2]."""
 
@@ -97,6 +99,10 @@ class TargetVelocity:
         :param q: (n,) robot state.
         :raises InvalidCommandError: nothing can be done with it; the text names the field.
         """
+        with np.errstate(over='ignore', invalid='ignore'):  # what is not finite is refused
+            return self._wanted(command, q, parameters)
+
+    def _wanted(self, command: Command, q: Vector, parameters: ServoParameters) -> Wanted:
         if isinstance(command, JointJog):
             return self._jog(command, parameters)
         if isinstance(command, Twist):
@@ -133,11 +139,14 @@ class TargetVelocity:
         :raises InvalidCommandError: as :meth:`wanted`.
         """
         requested = self._twist(command, q, parameters)
+        size = float(np.abs(requested).max())
+        if size == 0.0:
+            return 1.0, 0.0
+        requested = requested / size  # whose square is a number, however fast the twist is
         made = self._jacobian(q) @ velocity[self._columns]
         weights = self._scales**2
-        whole = float(weights * requested @ requested)
         length = float(np.linalg.norm(requested[:3]))
-        return (float(weights * made @ requested) / whole if whole > 0.0 else 1.0,
+        return (float(weights * made @ requested) / float(weights * requested @ requested) / size,
                 float(made[:3] @ requested[:3]) / length if length > 0.0 else 0.0)
 
     def singularity(self, q: Vector) -> tuple[int, float]:
@@ -172,7 +181,7 @@ class TargetVelocity:
             velocity[self.names.index(name)] = value
         if parameters.command_in_type == 'unitless':
             velocity *= parameters.scale.joint
-        return Wanted(velocity, False)
+        return Wanted(_finite(velocity), False)
 
     def _twist(self, command: Twist, q: Vector, parameters: ServoParameters) -> Vector:
         """Return the velocity (6,) of the tip in the axes of the model frame."""
@@ -222,8 +231,11 @@ class TargetVelocity:
 
     def _joints(self, q: Vector, jacobian: Matrix, twist: Vector, period: float) -> Vector:
         """Return velocities (m,) that move the tip so on average over a cycle."""
-        first = self._solve(jacobian, twist)
-        middle = self._with(q, q[self._moving_indices] + 0.5 * period * first)
+        step = 0.5 * period * self._solve(jacobian, twist)
+        length = float(np.abs(step).max())
+        if length > _LONGEST:
+            step *= _LONGEST / length
+        middle = self._with(q, q[self._moving_indices] + step)
         return self._solve(self._jacobian(middle), twist)
 
     def _solve(self, jacobian: Matrix, twist: Vector) -> Vector:
@@ -235,7 +247,7 @@ class TargetVelocity:
         else:
             solution = np.linalg.solve(
                 jacobian.T @ jacobian + self._damping, jacobian.T @ requested)
-        return np.asarray(solution, dtype=np.float64)
+        return _finite(np.asarray(solution, dtype=np.float64))
 
     def _jacobian(self, q: Vector) -> Matrix:
         return self._kinematics.jacobian(q, self.tip, self._moving)
@@ -265,6 +277,13 @@ def _reach(kinematics: KinematicModel, base: str, tip: str) -> float:
         lengths += float(np.linalg.norm(joint.origin[:3, 3]))
         link = joint.parent
     return reach
+
+
+def _finite(velocity: Vector) -> Vector:
+    """Return joint velocities (m,); InvalidCommandError for numbers that are too large."""
+    if not np.isfinite(velocity).all():
+        raise InvalidCommandError('the joint velocities that the command asks for are not finite')
+    return velocity
 
 
 def _capped(vector: Vector, bound: float) -> Vector:

@@ -20,4 +20,4 @@ def test_limits_and_the_override(override, factor):
     """
     bounds = JointBounds(tuple('abcde'), -LIMIT, LIMIT, LIMIT, LIMIT)
     velocity = LIMIT * [1.1, 1.05, 0.7, -0.7, 0.7]
-    assert bounds.limit_speed(velocity, override) == pytest.approx(velocity * factor)
+    assert bounds.speed_factor(velocity, override) == pytest.approx(factor)

@@ -73,6 +73,37 @@ def test_speed_of_a_joint_scales_all(streamer):
     assert made.steps()[0].max() <= 3.14 * 0.01 + 1e-9
 
 
+@pytest.mark.parametrize('size', [50.0, 1e3, 1e300])
+def test_a_large_twist_leads_in_its_direction(streamer, size):
+    """
+    The limits of the joints make it slower, and that is no reason to name free directions.
+
+    Upstream: utils/command.cpp, jointDeltaFromTwist; servo.cpp, getNextJointState.
+    """
+    made = streamer()
+    start = made.tip
+    made.run(twist((0.0, size, 0.0)), 0.3)
+    way = made.tip[:3, 3] - start[:3, 3]
+    assert way[1] > 0.03
+    assert way[1] / np.linalg.norm(way) > 0.999
+    assert rotation_angle(start, made.tip) < 1e-3
+    assert not any(cycle.findings for cycle in made.cycles)
+
+
+@pytest.mark.parametrize(('command', 'scale'), [
+    (twist((1.7e308, 1.7e308, 0.0)), {'linear': 10.0}),
+    (jog(joint_1=1e308), {'joint': 10.0}),
+    (PoseTarget('base_link', pose_from_parts((1e308, 0.0, 0.0), np.eye(3))), {'linear': 0.0}),
+], ids=['twist', 'jog', 'pose'])
+def test_a_command_beyond_all_numbers_is_refused(streamer, command, scale):
+    """What asks for joint velocities that are no numbers ends no program, and moves nothing."""
+    made = streamer(scale=scale)
+    with pytest.raises(InvalidCommandError, match='not finite'):
+        made.run(command, 0.01)
+    made.run(None, 0.1)
+    np.testing.assert_array_equal(made.positions[-1], made.positions[0])
+
+
 def test_override_of_the_velocity(streamer):
     """
     The factor multiplies what is commanded; it is not a share of the limits, which may be lower.
