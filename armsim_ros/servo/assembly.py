@@ -27,8 +27,8 @@ from armsim_ros.servo.speed_limits import JointBounds, Proximity
 from armsim_ros.servo.stream import ServoStream
 from armsim_ros.servo.target_velocity import TargetVelocity
 
-DEFAULT_VELOCITY, DEFAULT_ACCELERATION, DEFAULT_JERK = 1.0, 5.0, 100.0
-"""Limits of joints that have none [rad/s, rad/s^2, rad/s^3; or m]."""
+DEFAULT_ACCELERATION, DEFAULT_JERK = 5.0, 100.0
+"""Limits of joints that have none [rad/s^2, rad/s^3; or m]."""
 
 
 class ServoSettingsError(ArmsimError):
@@ -117,7 +117,7 @@ def _bounds(
     margins = np.broadcast_to(np.array(parameters.joint_limit_margins), len(indices))
     return JointBounds(
         target.names, kinematics.lower[indices] + margins, kinematics.upper[indices] - margins,
-        _usable(kinematics.velocity_limits[indices], DEFAULT_VELOCITY),
+        _usable(kinematics.velocity_limits[indices], np.inf),
         _usable(kinematics.acceleration_limits[indices], DEFAULT_ACCELERATION))
 
 

@@ -26,7 +26,7 @@ class JointBounds:
 
     :param lower: (m,) margins taken off [rad or m].
     :param upper: (m,) margins taken off [rad or m].
-    :param velocity: (m,) [rad/s or m/s].
+    :param velocity: (m,) infinite where there is no limit [rad/s or m/s].
     :param acceleration: (m,) [rad/s^2 or m/s^2].
     """
 

@@ -4,12 +4,26 @@
 
 import numpy as np
 import pytest
-from servo_streams import jog, twist
+from servo_streams import jog, Streamer, twist
 
+from armsim_ros.config.kinematics import JointLimitOverrides, JointLimitsSettings
+from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.kinematics.kinematic_model import KinematicModel
+from armsim_ros.kinematics.planning_limits import planning_robot
+from armsim_ros.model.loading import load_robot_model
 from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts, rotation_angle
 from armsim_ros.servo.commands import InvalidCommandError, JointJog, PoseTarget, ServoStatus
 
 SPEED = {'command_in_type': 'speed_units'}
+
+
+@pytest.fixture(scope='module')
+def unlimited():
+    """Return the kinematics of a robot whose first joint has no velocity limit."""
+    limits = JointLimitsSettings(
+        joint_limits={'joint_1': JointLimitOverrides(has_velocity_limits=False)})
+    return KinematicModel(
+        planning_robot(load_robot_model(load_robot_settings('sunday')), limits))
 
 
 def test_straight_line(streamer):
@@ -182,6 +196,18 @@ def test_parameters_change_while_it_moves(streamer):
     made.run(jog(joint_1=1.0), 0.5)
     assert made.steps()[1].max() <= 5.0 * 0.01 * 0.01 + 1e-9
     assert made.positions[-1][0] - made.positions[-2][0] == pytest.approx(0.2 * 0.01)
+
+
+def test_a_joint_without_a_velocity_limit_is_as_fast_as_commanded(unlimited):
+    """
+    No limit of its own is made up for it.
+
+    Upstream: utils/common.cpp, jointLimitVelocityScalingFactor.
+    """
+    made = Streamer(unlimited, start=(-2.5, 0.3, 1.5, 0.5, 1.0, 0.0), check_collisions=False,
+                    **SPEED)
+    made.run(jog(joint_1=4.0), 1.0)
+    assert made.steps()[0][0] == pytest.approx(4.0 * 0.01)
 
 
 def test_jog_moves_only_what_it_names(streamer):
