@@ -169,6 +169,6 @@ class ServoNodeSettings(Settings):
     butterworth_filter_coeff: float = fixed(
         1.5, 'of the Butterworth filter; greater is smoother', gt=1.0)
     update_period: float | None = fixed(
-        None, 'period of the other filters [s]; none is publish_period', gt=0.0)
+        None, 'no effect: the period of the other filters is publish_period [s]', gt=0.0)
     planning_group_name: str = fixed(
         '', 'group whose limits the other filters keep; empty is the same')

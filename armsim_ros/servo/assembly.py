@@ -144,7 +144,11 @@ def _smoothing(
             f'{plugin}: joint_limits.yaml has no {kinds} of {", ".join(lacking)}; '
             f'{DEFAULT_ACCELERATION:g} rad/s^2'
             + (f' and {DEFAULT_JERK:g} rad/s^3 are taken' if plugin == RUCKIG else ' is taken'))
-    period = settings.update_period or parameters.publish_period
+    period = parameters.publish_period
+    if settings.update_period not in (None, period):
+        warnings.append(
+            f'{plugin}: update_period is {settings.update_period:g} s and is not used; the filter '
+            f'works every publish_period, {period:g} s')
     if plugin == RUCKIG:
         jerk = _usable(jerk, DEFAULT_JERK)
         return JerkFilter(bounds.velocity, bounds.acceleration, jerk, period), warnings

@@ -92,10 +92,11 @@ class AccelerationFilter(SmoothingFilter):
     """
     Follows with bounded velocity and acceleration.
 
-    Each cycle it goes as far towards the target as the bounds allow and still lets it come to
-    rest there; where they do not, it brakes.
+    What keeps the bounds is passed on as it is, without a lag. Where the input has gone ahead,
+    each cycle reduces the distance to it as far as the bounds allow and still let it end with
+    the input's velocity; where they do not, it brakes.
 
-    :param velocity: (n,) [rad/s or m/s].
+    :param velocity: (n,) infinite where there is no limit [rad/s or m/s].
     :param acceleration: (n,) [rad/s^2 or m/s^2].
     :param period: of a cycle [s].
     """
@@ -109,30 +110,32 @@ class AccelerationFilter(SmoothingFilter):
 
     def restart(self, positions: Vector) -> None:
         """Rest at positions."""
-        self._position = positions
+        self._last_input = self._position = positions
         self._velocity = np.zeros_like(positions)
 
     def smooth(self, positions: Vector) -> Vector:
         """Return the next output."""
-        distance = positions - self._position
+        distance = self._last_input - self._position
         way = np.abs(distance)
         # From v it comes to rest in v * T + (v - a * T) * T + ..., that is v^2 / 2a + v * T / 2.
         half = 0.5 * self._change
         braking = np.sqrt(half * half + 2.0 * self._acceleration * way) - half
-        speed = np.minimum(np.minimum(self._fastest, braking), way / self._period)
-        requested = np.copysign(speed, distance)
+        approach = np.copysign(np.minimum(braking, way / self._period), distance)
+        requested = np.clip((positions - self._last_input) / self._period + approach,
+                            -self._fastest, self._fastest)
         self._velocity = np.clip(
             requested, self._velocity - self._change, self._velocity + self._change)
+        self._last_input = positions
         self._position = self._position + self._velocity * self._period
         return self._position
 
-    def saved(self) -> tuple[Vector, Vector]:
-        """Return position and velocity."""
-        return self._position, self._velocity
+    def saved(self) -> tuple[Vector, Vector, Vector]:
+        """Return the last input, position and velocity."""
+        return self._last_input, self._position, self._velocity
 
-    def restore(self, saved: tuple[Vector, Vector]) -> None:
-        """Take position and velocity."""
-        self._position, self._velocity = saved
+    def restore(self, saved: tuple[Vector, Vector, Vector]) -> None:
+        """Take the last input, position and velocity."""
+        self._last_input, self._position, self._velocity = saved
 
 
 class JerkFilter(SmoothingFilter):
@@ -169,11 +172,11 @@ class JerkFilter(SmoothingFilter):
         mean: Vector = newest + np.mean([past - newest for past in self._past], axis=0)
         return mean
 
-    def saved(self) -> tuple[tuple[Vector, Vector], tuple[Vector, ...]]:
+    def saved(self) -> tuple[tuple[Vector, Vector, Vector], tuple[Vector, ...]]:
         """Return what the inner filter remembers, and the last positions."""
         return self._inner.saved(), tuple(self._past)
 
-    def restore(self, saved: tuple[tuple[Vector, Vector], tuple[Vector, ...]]) -> None:
+    def restore(self, saved: tuple[tuple[Vector, Vector, Vector], tuple[Vector, ...]]) -> None:
         """Take what the inner filter remembers, and the last positions."""
         self._inner.restore(saved[0])
         self._past.extend(saved[1])

@@ -83,3 +83,17 @@ def test_butterworth_is_the_formula():
         y = (value + x + y) / 3.0
         x = value
         assert made.smooth(np.array([value]))[0] == pytest.approx(y)
+
+
+def test_what_keeps_the_bounds_is_passed_on_without_a_lag():
+    """
+    A motion that speeds up and brakes within the acceleration limit comes out as it went in.
+
+    Upstream: acceleration_filter.cpp, doSmoothing.
+    """
+    made = limited()
+    made.restart(np.zeros(2))
+    velocities = np.array([*np.arange(0.0, 1.0, 0.05), *[1.0] * 50, *np.arange(1.0, -1.0, -0.05)])
+    inputs = np.cumsum(velocities * PERIOD)[:, None] * [1.0, -1.0]
+    outputs = np.array([made.smooth(each) for each in inputs])
+    np.testing.assert_allclose(outputs, inputs, atol=1e-12)

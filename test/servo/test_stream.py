@@ -15,6 +15,7 @@ from armsim_ros.model.transforms import matrix_from_axis_angle, pose_from_parts,
 from armsim_ros.servo.commands import InvalidCommandError, JointJog, PoseTarget, ServoStatus
 
 SPEED = {'command_in_type': 'speed_units'}
+ACCELERATION = 'online_signal_smoothing::AccelerationLimitedPlugin'
 
 
 @pytest.fixture(scope='module')
@@ -196,6 +197,25 @@ def test_parameters_change_while_it_moves(streamer):
     made.run(jog(joint_1=1.0), 0.5)
     assert made.steps()[1].max() <= 5.0 * 0.01 * 0.01 + 1e-9
     assert made.positions[-1][0] - made.positions[-2][0] == pytest.approx(0.2 * 0.01)
+
+
+@pytest.mark.parametrize('period', [0.01, 0.034])
+def test_the_arm_brakes_at_its_limit_behind_the_acceleration_filter(streamer, period):
+    """
+    After the last command it goes no farther than v^2 / 2a, whatever update_period is.
+
+    Upstream: servo.cpp, smoothHalt; acceleration_filter.cpp, doSmoothing.
+    """
+    made = streamer(
+        start=(-2.5, 0.3, 1.5, 0.5, 1.0, 0.0), check_collisions=False, publish_period=period,
+        max_expected_latency=0.2, update_period=0.01, smoothing_filter_plugin_name=ACCELERATION,
+        **SPEED)
+    made.run(jog(joint_1=2.0), 1.0)
+    released = made.positions[-1][0]
+    made.run(None, 0.5)
+    assert made.cycles[-1].at_rest
+    assert made.positions[-1][0] - released <= 2.0**2 / (2.0 * 5.0)
+    assert bool(made.warnings) == (period != 0.01)
 
 
 def test_a_joint_without_a_velocity_limit_is_as_fast_as_commanded(unlimited):

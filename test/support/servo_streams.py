@@ -21,7 +21,7 @@ class Streamer:
     """A stream and what came of it."""
 
     def __init__(self, kinematics, start=ELBOW_UP, group=GROUP, **parameters):
-        servo = {key: parameters.pop(key) for key in ('butterworth_filter_coeff',)
+        servo = {key: parameters.pop(key) for key in ('butterworth_filter_coeff', 'update_period')
                  if key in parameters}
         self.kinematics, self.group = kinematics, group
         self.settings = ServoNodeSettings(moveit_servo=ServoParameters(**parameters), **servo)
