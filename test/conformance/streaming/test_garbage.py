@@ -52,7 +52,8 @@ CONTROLLERS = [
          JointTrajectoryPoint(positions=[INF] * 6), 'position [inf'),
         ('CHN-3', 'soft', 'joint_references',
          JointTrajectoryPoint(velocities=[1.0]), 'velocity [1.0]'),
-        ('CHN-3', 'soft', 'joint_references', JointTrajectoryPoint(positions=[NAN] * 6), 'no value for'),
+        ('CHN-3', 'soft', 'joint_references',
+         JointTrajectoryPoint(positions=[NAN] * 6), 'no value for'),
     )
 ]
 
