@@ -51,16 +51,46 @@ def implausible(inertial: Inertial, shapes: Sequence[LinkGeometry] = ()) -> str:
     if high > (low + middle) * (1.0 + _TOLERANCE):
         return (f'no body has the principal inertias {low:.3g}, {middle:.3g}, {high:.3g} kg*m^2: '
                 'the largest is above the sum of the others')
+    if reason := misplaced(inertial, shapes):
+        return reason
     reach = reach_of(shapes, inertial.origin[:3, 3])
     if reach is not None:
-        own = max(reach_of(shapes, inertial_of(shapes).origin[:3, 3]) or 0.0, POINT_RADIUS)
-        if reach > MOST_OFFSET * own:
-            return f'the centre of mass is {reach:.3g} m away from shapes of {own:.3g} m'
         most = 2.0 * inertial.mass * max(reach, POINT_RADIUS) ** 2
         if high > most:
             return (f'the inertia {high:.3g} kg*m^2 is too large for {inertial.mass:g} kg within '
                     f'{reach:.3g} m of the centre of mass')
     return ''
+
+
+def misplaced(inertial: Inertial, shapes: Sequence[LinkGeometry]) -> str:
+    """Return why a centre of mass cannot be that of a link with these shapes, '' if it can."""
+    reach = reach_of(shapes, inertial.origin[:3, 3])
+    if reach is None:
+        return ''
+    own = max(reach_of(shapes, inertial_of(shapes).origin[:3, 3]) or 0.0, POINT_RADIUS)
+    if reach <= MOST_OFFSET * own:
+        return ''
+    return f'the centre of mass is {reach:.3g} m away from shapes of {own:.3g} m'
+
+
+def with_plausible_inertia(inertial: Inertial, shapes: Sequence[LinkGeometry]) -> Inertial:
+    """
+    Return mass properties whose inertia is that of the shapes.
+
+    The mass is kept, and the centre of mass unless it is misplaced. Without shapes the principal
+    inertias are raised to the smallest values that a rigid body can have.
+    """
+    made = inertial_of(shapes, inertial.mass)
+    if misplaced(inertial, shapes):
+        return made
+    inertia = made.inertia
+    if not shapes and np.isfinite(inertial.inertia).all():
+        rotation = inertial.origin[:3, :3]
+        values, axes = np.linalg.eigh(rotation @ inertial.inertia @ rotation.T)
+        values = np.maximum(values, made.inertia[0, 0])
+        values[0] = max(values[0], values[2] - values[1])
+        inertia = axes * values @ axes.T
+    return Inertial(inertial.mass, pose_matrix(inertial.origin[:3, 3]), inertia)
 
 
 def too_dense(mass: float, *kinds: Sequence[LinkGeometry]) -> bool:

@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 from armsim_ros.model.geometry import Box, Capsule, Cone, Cylinder, Sphere
-from armsim_ros.model.inertia import bounding_radius, inertial_of, unit_inertia, volume
-from armsim_ros.model.robot_model import LinkGeometry
+from armsim_ros.model.inertia import (
+    bounding_radius,
+    implausible,
+    inertial_of,
+    unit_inertia,
+    volume,
+    with_plausible_inertia,
+)
+from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.transforms import pose_matrix
 
 INSIDE = {
@@ -54,3 +61,30 @@ def test_a_link_without_shapes_is_a_small_ball():
     made = inertial_of([])
     assert made.mass == pytest.approx(0.01)
     assert (np.linalg.eigvalsh(made.inertia) > 0).all()
+
+
+def test_an_inertia_is_replaced_at_the_given_centre_of_mass():
+    """Mass and centre of mass stay; the inertia is that of the shape, in the link's axes."""
+    shapes = [LinkGeometry(Box((0.1, 0.2, 0.3)), pose_matrix((0.0, 0.0, 0.1)))]
+    given = Inertial(2.0, pose_matrix((0.01, 0.02, 0.03), (0, 0, 1.0)), np.diag([1.0, 1.0, 9.0]))
+    made = with_plausible_inertia(given, shapes)
+    assert made.mass == 2.0
+    assert made.origin == pytest.approx(pose_matrix((0.01, 0.02, 0.03)))
+    assert made.inertia == pytest.approx(2.0 * unit_inertia(Box((0.1, 0.2, 0.3))))
+
+
+def test_a_centre_of_mass_in_millimetres_is_replaced_too():
+    """It is taken from the shapes where it is much further away than their reach."""
+    shapes = [LinkGeometry(Box((0.1, 0.2, 0.3)), pose_matrix((0.0, 0.0, 0.1)))]
+    given = Inertial(2.0, pose_matrix((0.0, 0.0, 100.0)), np.eye(3))
+    assert with_plausible_inertia(given, shapes).origin == pytest.approx(pose_matrix((0, 0, 0.1)))
+
+
+def test_without_shapes_the_least_principal_inertia_is_raised():
+    """A rod of no thickness keeps its centre of mass and its inertia across, turned as given."""
+    given = Inertial(3.0, pose_matrix((0.0, 0.0, 0.5), (0.0, np.pi / 2, 0.0)),
+                     np.diag([0.25, 0.2, 0.0]))
+    made = with_plausible_inertia(given, [])
+    assert made.origin == pytest.approx(pose_matrix((0.0, 0.0, 0.5)))
+    assert made.inertia == pytest.approx(np.diag([0.05, 0.2, 0.25]))
+    assert implausible(made) == ''

@@ -29,6 +29,7 @@ from armsim_ros.model.inertia import (
     MOST_MASS,
     POINT_MASS,
     too_dense,
+    with_plausible_inertia,
 )
 from armsim_ros.model.robot_model import HardwareSystem, Joint, JointType, Link
 from armsim_ros.model.tree import tree_order
@@ -266,9 +267,10 @@ def _repair(link: Link, joints: dict[str, Joint], where: Location, report: TextR
                 made = replace(inertial, mass=mass, inertia=1e-3 * inertial.inertia)
                 kept = not implausible(made, shapes)
         if not kept:
-            usable = LEAST_MASS <= mass <= MOST_MASS and not heavy
-            made = inertial_of(shapes, mass if usable else
-                               POINT_MASS if 0.0 < mass < LEAST_MASS else None)
+            if LEAST_MASS <= mass <= MOST_MASS and not heavy:
+                made = with_plausible_inertia(replace(inertial, mass=mass), shapes)
+            else:
+                made = inertial_of(shapes, POINT_MASS if 0.0 < mass < LEAST_MASS else None)
     values = ', '.join(f'{value:.3g}' for value in made.inertia.diagonal())
     report.warning(
         f"link '{link.name}': {reason}; taken instead: mass {made.mass:.3g} kg, inertia "

@@ -220,6 +220,17 @@ def test_impossible_mass_properties_are_repaired(inertial, reason):
         mass / 12 * np.array([0.13, 0.10, 0.05]))
 
 
+def test_a_replaced_inertia_keeps_mass_and_centre():
+    """The weight of the link loads the joints as in urdfdom (link.cpp, parseInertial)."""
+    shape = '<collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision>'
+    inertial = ('<inertial><origin xyz="0.01 0.02 0.03"/><mass value="2"/><inertia ixx="1" '
+                'ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/></inertial>')
+    content = read(robot(link('a'), f'<link name="b">{inertial}{shape}</link>',
+                         joint('j', 'a', 'b')))
+    assert content.links['b'].inertial.mass == pytest.approx(2.0)
+    assert content.links['b'].inertial.origin[:3, 3] == pytest.approx((0.01, 0.02, 0.03))
+
+
 def test_masses_in_grams_keep_their_inertia():
     """Where the inertia fits the mass, both are a thousandth of what is written."""
     shape = '<visual><geometry><box size="0.1 0.2 0.3"/></geometry></visual>'
