@@ -148,6 +148,31 @@ def test_a_continuous_joint_is_not_wrapped(make_arm, claim):
     assert simulation.state.position[2] == pytest.approx(8.0, abs=1e-3)
 
 
+def test_a_joint_that_cannot_move_stays(make_arm, claim):
+    """Equal limits, to which urdfdom's parseJointLimits sets those that are missing, are held."""
+    simulation = Simulation(make_arm(limits=JointLimits(0.1, 0.1, velocity=3.0, effort=30.0)))
+    assert simulation.state.position[2] == pytest.approx(0.1)
+    claim(simulation, 'effort')
+    simulation.command.effort[2] = 5.0
+    simulation.write()
+    run(simulation, 500)
+    assert simulation.state.position[2] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_end_stops_hold_against_efforts(make_arm, claim):
+    """A joint that is pressed against its stop stays there, and does not overshoot far."""
+    simulation = Simulation(make_arm(limits=JointLimits(-0.5, 0.5, velocity=3.0, effort=30.0)))
+    claim(simulation, 'effort')
+    simulation.command.effort[2] = 1.0
+    simulation.write()
+    farthest = 0.0
+    for _ in range(1000):
+        run(simulation, 1)
+        farthest = max(farthest, simulation.state.position[2])
+    assert farthest < 0.55
+    assert simulation.state.position[2] == pytest.approx(0.5, abs=1e-4)
+
+
 def test_a_planar_joint_is_refused_by_name(make_arm):
     """A joint type without physics is named together with those that have it."""
     with pytest.raises(SimulationError, match=r"'wrist'.*planar.*revolute"):

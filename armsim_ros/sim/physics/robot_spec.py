@@ -32,8 +32,14 @@ VISUAL = {'group': VISUAL_GROUP, **SEEN_ONLY}
 COLLISION = {'group': COLLISION_GROUP, **TOUCHING}
 #: What a link gets that moves though it and all that is fixed to it weigh nothing.
 LEAST_MASS, LEAST_INERTIA = 1e-3, 1e-6
-#: Stiffness of a mimic joint's constraint: time constant in timesteps, damping ratio.
-MIMIC_TIMESTEPS, MIMIC_SOLIMP = 2.0, (0.999, 0.9999, 0.001, 0.5, 2.0)
+#: Impedance of end stops and mimic joints, which hardly give under a force.
+STIFF_SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
+#: Time constant of a mimic joint's constraint, in timesteps.
+MIMIC_TIMESTEPS = 2.0
+#: Time constant of an end stop [s]: a joint that is put beyond its stop is not thrown back.
+STOP_TIME = 0.01
+#: Play of a joint that cannot move, on each side [rad or m]; MuJoCo refuses a range of 0.
+PLAY = 1e-9
 
 
 def element_name(robot: str, element: str) -> str:
@@ -159,12 +165,14 @@ class RobotSpec:
         if not self._moved_by_another(joint):
             # Robots do not fall asleep, not even those that only mimic others.
             body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_NEVER
+        play = PLAY if limits.lower == limits.upper else 0.0
         body.add_joint(
             name=self.name(joint.name),
             type=mujoco.mjtJoint.mjJNT_SLIDE if sliding else mujoco.mjtJoint.mjJNT_HINGE,
             axis=joint.axis, limited=int(limited),
-            range=[limits.lower, limits.upper] if limited else [0.0, 0.0], damping=joint.damping,
-            frictionloss=joint.friction,
+            range=[limits.lower - play, limits.upper + play] if limited else [0.0, 0.0],
+            solref_limit=[STOP_TIME, 1.0], solimp_limit=STIFF_SOLIMP,
+            damping=joint.damping, frictionloss=joint.friction,
             armature=self.settings.armature_linear if sliding else self.settings.armature)
 
     def _moved_by_another(self, joint: Joint) -> bool:
@@ -198,7 +206,7 @@ class RobotSpec:
                 name2=self.name(mimic.joint))
             equality.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
             equality.solref = [MIMIC_TIMESTEPS * self.settings.timestep, 1.0]
-            equality.solimp = list(MIMIC_SOLIMP)
+            equality.solimp = STIFF_SOLIMP
 
 
 def bound_or_infinite(bound: float) -> float:
