@@ -291,6 +291,17 @@ class RobotModel:
             found[joint.name] = joint
         return found
 
+    @cached_property
+    def unactuated_joints(self) -> frozenset[str]:
+        """
+        Joints that a simulator moves by physics alone: declared there, without a command.
+
+        As ``is_actuated`` in gz_system.cpp of gz_ros2_control (initSim, write).
+        """
+        simulated = {name for name in self.hardware_joints if self.joints[name].active}
+        return frozenset(name for name in simulated - self.externally_driven_joints
+                         if not self.hardware_joints[name].commands)
+
     @property
     def model_frame(self) -> str:
         """The frame of all poses without a frame: the root link, or the frame that it moves in."""

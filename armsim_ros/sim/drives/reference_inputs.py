@@ -35,7 +35,7 @@ class ReferenceInputs(Restorable):
     """
 
     unchanging = frozenset({
-        'joint_names', 'dynamics', 'gains', 'compensated', '_tune', '_weightless'})
+        'joint_names', 'dynamics', 'gains', 'compensated', '_tune', '_weightless', '_unactuated'})
 
     def __init__(
         self, model: RobotModel, settings: SimulationSettings, gains: Mapping[str, PidGains],
@@ -46,13 +46,14 @@ class ReferenceInputs(Restorable):
         self.gains = DriveGains(self.joint_names, settings, gains, weights)
         self._feedforward = settings.servo.feedforward
         given = settings.servo.gravity_compensation
-        self.compensated = (model.externally_driven_joints if given is None
-                            else frozenset(self.joint_names if given else ()))
+        self.compensated = (model.externally_driven_joints if given is None else frozenset(
+            self.joint_names if given else ())) - model.unactuated_joints
+        self._unactuated: Mask = np.isin(self.joint_names, list(model.unactuated_joints))
         self._weightless = [name in self.compensated for name in self.joint_names]
         self._timestep = settings.timestep
         self._tune = tune
         count = len(self.joint_names)
-        self._follows_effort: Mask = np.zeros(count, dtype=np.bool_)
+        self._follows_effort = self._unactuated.copy()
         self._effort_command = np.zeros(count)
         self._any_effort = False
 

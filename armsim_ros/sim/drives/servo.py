@@ -29,7 +29,8 @@ class Servo(ReferenceInputs):
 
     A velocity command moves the reference on; an effort command is the torque itself (a vendor's
     driver, unlike a simulator's, compensates gravity). An effort beside a position is added to the
-    drive's own torque. A joint that is unclaimed or has no given effort holds its position.
+    drive's own torque. A joint that is unclaimed or has no given effort holds its position, but
+    an unactuated joint has no drive: it follows an effort of 0.
 
     The parameters are those of :class:`ReferenceInputs`.
     """
@@ -110,8 +111,8 @@ class Servo(ReferenceInputs):
         """
         if self._any_effort:
             given = np.isfinite(command.effort)
-            self._follow_effort(self._followed.effort & given)
-            acting = self._follows_effort | (self._followed.effort_added & given)
+            self._follow_effort((self._followed.effort & given) | self._unactuated)
+            acting = (self._followed.effort | self._followed.effort_added) & given
             self._effort_command = np.where(acting, command.effort * self._fingers, 0.0)
         self._target, velocity, acceleration = self._followed.references(
             command, feedforward, self._target, steps)
@@ -303,7 +304,8 @@ class Servo(ReferenceInputs):
     def _sort_modes(self) -> None:
         followed = self._followed
         self._any_velocity = bool(followed.velocity.any())
-        self._any_effort = bool(followed.effort.any() or followed.effort_added.any())
+        self._any_effort = bool(
+            followed.effort.any() or followed.effort_added.any() or self._unactuated.any())
         self._needs_state = bool(
             self._any_velocity or self._follows_effort.any() or self.gains.integrate)
         # A velocity command is bounded itself; its reference must keep up with a dragged joint.

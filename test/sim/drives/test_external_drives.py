@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
 from armsim_ros.model.robot_model import HardwareJoint, HardwareSystem, JointLimits
 from armsim_ros.sim.simulation import Simulation
 
@@ -128,3 +129,54 @@ def test_a_heavy_arm_does_not_fall(arm, claim):
     simulation.command.position[:] = (0.3, 0.3, -0.4)
     run(simulation, 4.0)
     np.testing.assert_allclose(simulation.state.position, (0.3, 0.3, -0.4), atol=1e-3)
+
+
+def with_loose_wrist(model):
+    """Return a robot whose wrist has states, but no command interface."""
+    (system,) = model.hardware
+    joints = tuple(replace(joint, commands=()) if joint.name == 'wrist' else joint
+                   for joint in system.joints)
+    return replace(model, hardware=(replace(system, joints=joints),))
+
+
+@pytest.mark.parametrize('plugin', SIMULATORS)
+@pytest.mark.parametrize('gravity_compensation', [None, True])
+def test_a_simulated_joint_without_a_command_swings_freely(driven, plugin, gravity_compensation):
+    """It falls like a rod, as is_actuated has it in gz_system.cpp (initSim, write)."""
+    servo = JointServoSettings(gravity_compensation=gravity_compensation)
+    settings = SimulationSettings(servo=servo, initial_positions={'wrist': np.pi / 2})
+    simulation = Simulation(with_loose_wrist(driven(plugin)), settings)
+    simulation.perform_command_mode_switch(
+        {name: frozenset({'position'}) for name in ('shoulder', 'elbow')})
+    simulation.command.position[:2] = 0.0
+    run(simulation, 0.02)
+    length, mass = 0.2, 0.3
+    inertia = mass * length**2 / 3.0 + settings.armature
+    fall = -settings.gravity[2] * mass * 0.5 * length / inertia
+    assert simulation.state.velocity[2] == pytest.approx(0.02 * fall, rel=0.01)
+    assert simulation.state.effort[2] == 0.0
+    np.testing.assert_allclose(simulation.state.position[:2], 0.0, atol=2e-4)
+
+
+def test_a_reset_leaves_a_joint_without_a_command_free(driven):
+    """It falls again from where it started, also without any command."""
+    settings = SimulationSettings(initial_positions={'wrist': np.pi / 2})
+    simulation = Simulation(with_loose_wrist(driven(SIMULATORS[0])), settings)
+    first = run(simulation, 0.1)
+    simulation.reset()
+    assert run(simulation, 0.1) == first > 0.01
+
+
+def test_a_mock_joint_without_a_command_stays(driven):
+    """Mock components leave the state of such a joint at its initial value."""
+    settings = SimulationSettings(initial_positions={'wrist': np.pi / 2})
+    assert run(Simulation(with_loose_wrist(driven(MOCK)), settings), 0.1) < 1e-6
+
+
+def test_a_joint_that_no_tag_names_stays(driven):
+    """Grippers and mounts that ``<ros2_control>`` leaves out do not hang."""
+    model = driven(SIMULATORS[0])
+    (system,) = model.hardware
+    model = replace(model, hardware=(replace(system, joints=system.joints[:2]),))
+    settings = SimulationSettings(initial_positions={'wrist': np.pi / 2})
+    assert run(Simulation(model, settings), 0.1) < 1e-6
