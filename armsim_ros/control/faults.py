@@ -37,6 +37,7 @@ class FaultInjector(HardwareInterface):
         self.effort_bound = hardware.effort_bound
         self.other_commands = hardware.other_commands
         self.device_joints = hardware.device_joints
+        self.gravity_compensated = hardware.gravity_compensated
         self.given_states = hardware.given_states
         self.given_states_of_parts = hardware.given_states_of_parts
         self._hardware = hardware

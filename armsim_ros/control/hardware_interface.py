@@ -351,6 +351,12 @@ class HardwarePart(HardwareInterface):
         return {**shown, **self.given_states}
 
     @property
+    def sensor_links(self) -> Mapping[str, str]:
+        """Sensor of forces and torques -> its link, but for those of the other robots."""
+        return {name: link for name, link in self._shared.hardware.sensor_links.items()
+                if name not in self._foreign}
+
+    @property
     def resting(self) -> bool:
         """Whether no drive moves its joint, of any part."""
         return self._shared.hardware.resting

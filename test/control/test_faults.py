@@ -50,6 +50,13 @@ def test_without_faults_nothing_changes(faulty, trajectory):
     assert faults.active == {}
 
 
+def test_drives_that_carry_the_arm_are_known(rig):
+    """Controllers of efforts must not carry it once more."""
+    hardware = rig().hardware
+    hardware.gravity_compensated = frozenset({'a'})
+    assert FaultInjector(hardware).gravity_compensated == {'a'}
+
+
 def test_blocked_joint_breaks_the_path_tolerance(faulty, trajectory):
     """U4: a blocked joint stands still, the other moves on; well again, it follows."""
     r, faults = faulty

@@ -47,6 +47,16 @@ def test_a_part_hides_what_others_own(whole):
     assert dict(part.other_states) == {'l_wrist/force.x': 1.0, 'sun/light': 3.0}
 
 
+def test_a_part_knows_its_sensors_links(hardware_class):
+    """Those that nobody else owns, with the links on which they sit."""
+    class Measuring(hardware_class):
+        sensor_links = {'l_wrist': 'l_tool', 'r_wrist': 'r_tool', 'scale': 'table'}  # noqa: RUF012
+
+    whole = Measuring(('l1', 'r1'))
+    part = SharedHardware(whole).part(('l1',), {'r_wrist'})
+    assert part.sensor_links == {'l_wrist': 'l_tool', 'scale': 'table'}
+
+
 def test_what_a_controller_sets_is_its_robots(whole):
     """The pace that slows one robot's trajectories is none of the other's."""
     shared = SharedHardware(FaultInjector(whole))
