@@ -127,9 +127,10 @@ def _unit(data: bytes) -> float:
 
 
 LARGEST_MESH = 200 << 20
+#: Meshes of less surface [m^2] are lines or points: their scale is wrong, or they are empty.
+LEAST_AREA = 1e-12
 #: Smaller files are read as quickly as what is kept of them.
 WORTH_KEEPING = 200 << 10
-
 
 
 def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
@@ -143,7 +144,8 @@ def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
     :param packages: where packages are searched.
     :param base: the folder that a relative path starts from.
     :param within: the folders that a mesh may lie in; None allows all.
-    :raises ResourceError: where there is no such file, or it holds no triangles that we read.
+    :raises ResourceError: where there is no such file, or it holds no triangles that we read, or
+        triangles without surface.
     """
     file = resolve_uri(uri, packages, base=base, within=within)
     ending = file.suffix.lower()
@@ -171,7 +173,16 @@ def load_mesh(uri: str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), *,
     factors = np.asarray(scale, dtype=np.float64)
     if np.prod(factors) < 0.0:
         triangles = triangles[:, ::-1]
-    return Mesh(vertices * factors, np.ascontiguousarray(triangles), uri)
+    mesh = Mesh(vertices * factors, np.ascontiguousarray(triangles), uri)
+    if _area(mesh) < LEAST_AREA:
+        raise ResourceError(f"mesh '{uri}' has no surface")
+    return mesh
+
+
+def _area(mesh: Mesh) -> float:
+    """Return the area of the triangles [m^2]."""
+    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def _read_stl(data: bytes) -> tuple[Vertices, Triangles]:

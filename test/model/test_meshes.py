@@ -75,6 +75,7 @@ def test_packages(tmp_path):
     ('t.stl', b'solid x\nendsolid x\n' * 9, 'has no triangles'),
     ('t.stl', b'B' + binary_stl()[1:-7], 'do not fit the 4 triangles that it announces'),
     ('t.obj', b'v 0 0 0\nf 1 2 3\n', 'a face names a vertex that is not there'),
+    ('t.obj', b'v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n', "mesh 't.obj' has no surface"),
     ('t.obj', b'v 0 nan 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n', 'has a vertex that is not finite'),
 ])
 def test_a_file_that_is_no_mesh(tmp_path, name, data, message):

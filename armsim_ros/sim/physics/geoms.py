@@ -31,6 +31,8 @@ WORLD_GROUP, VISUAL_GROUP, COLLISION_GROUP = 0, 2, 3
 TOUCHING, SEEN_ONLY = {'contype': 1, 'conaffinity': 1}, {'contype': 0, 'conaffinity': 0}
 #: Corners of the circle that represents a cone's base.
 CONE_CORNERS = 24
+#: Thickness that a flat mesh gets [m]; MuJoCo refuses meshes without volume.
+LEAST_THICKNESS = 1e-5
 #: Half size of a plane as it is drawn [m]; its contact has no end.
 PLANE_HALF_SIZE = 10.0
 
@@ -56,6 +58,7 @@ def add_geom(
     if isinstance(geometry, Cone):
         geometry = _cone_mesh(geometry)
     if isinstance(geometry, Mesh):
+        geometry = _thickened(geometry)
         mesh = spec.add_mesh(name=mesh_name)
         mesh.uservert = np.asarray(geometry.vertices, dtype=np.float64).ravel()
         mesh.userface = np.asarray(geometry.triangles, dtype=np.int32).ravel()
@@ -77,7 +80,8 @@ def volume(geometry: Geometry) -> float:
     if isinstance(geometry, Cone):
         return math.pi * geometry.radius**2 * geometry.length / 3.0
     if isinstance(geometry, Mesh):
-        a, b, c = (np.asarray(geometry.vertices)[geometry.triangles[:, i]] for i in range(3))
+        mesh = _thickened(geometry)
+        a, b, c = (np.asarray(mesh.vertices)[mesh.triangles[:, i]] for i in range(3))
         return abs(float(np.einsum('ij,ij->i', a, np.cross(b, c)).sum())) / 6.0
     raise SimulationError('a plane has no volume, so it cannot be part of an object with mass')
 
@@ -138,6 +142,18 @@ def _cone_mesh(cone: Cone) -> Mesh:
         j = (i + 1) % CONE_CORNERS
         triangles += [(i, j, apex), (j, i, centre)]
     return Mesh(vertices, np.array(triangles, dtype=np.int64))
+
+
+def _thickened(mesh: Mesh) -> Mesh:
+    """Return a mesh that is flat, such as a sheet, with both its sides; others as they are."""
+    arms = mesh.vertices - mesh.vertices.mean(axis=0)
+    normal = np.linalg.eigh(arms.T @ arms)[1][:, 0]
+    if np.ptp(arms @ normal) >= LEAST_THICKNESS:
+        return mesh
+    half = 0.5 * LEAST_THICKNESS * normal
+    sides = np.vstack([mesh.vertices - half, mesh.vertices + half])
+    other = mesh.triangles[:, ::-1] + len(mesh.vertices)
+    return Mesh(sides, np.vstack([mesh.triangles, other]), mesh.uri)
 
 
 _NOTHING = np.empty((0, 2), dtype=np.int32), np.empty(0)
