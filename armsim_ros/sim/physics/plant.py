@@ -17,6 +17,7 @@ from armsim_ros.control.hardware_interface import JointArrays
 from armsim_ros.errors import SimulationError
 from armsim_ros.sim.physics.compiler import compile_model, StateTransfer
 from armsim_ros.sim.physics.mujoco_model import PlantSpec
+from armsim_ros.sim.physics.robot_spec import set_friction
 from armsim_ros.sim.physics.saved_state import (
     Checkpoints,
     keep_physics_quiet,
@@ -77,7 +78,7 @@ class Plant:
         :param damping: (m,) [N*m*s/rad or N*s/m].
         """
         self._gains[:, 0], self._gains[:, 1] = stiffness, damping
-        np.negative(self._gains, out=self._bias)
+        self._apply_gains()
 
     def bound(self, efforts: Vector) -> None:
         """Let the drives give no more than efforts (m,), nor than their own [N*m or N]."""
@@ -367,10 +368,17 @@ class Plant:
         self._efforts = np.where(limited, model.actuator_forcerange[:drives, 1], np.inf)
         self._bind_bounds()
         self._bias = model.actuator_biasprm[:drives, 1:3]
-        np.negative(self._gains, out=self._bias)
+        self._driven_dofs = model.jnt_dofadr[model.actuator_trnid[:drives, 0]]
+        self._rubs = bool(model.dof_frictionloss[self._driven_dofs].any())
+        self._apply_gains()
         self._inputs[:] = self._given
         self._before = np.empty(mujoco.mj_stateSize(model, _WHOLE))
         self._checkpoints = Checkpoints(model, data)
+
+    def _apply_gains(self) -> None:
+        np.negative(self._gains, out=self._bias)
+        if self._rubs:
+            set_friction(self.model, self._driven_dofs, self._gains.any(axis=1))
 
     def _bind_bounds(self) -> None:
         """Give the actuators the bounds of their forces."""

@@ -11,8 +11,10 @@ import math
 from typing import Any
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
-from armsim_ros.arrays import Matrix
+from armsim_ros.arrays import Mask, Matrix
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Mesh
@@ -32,12 +34,14 @@ VISUAL = {'group': VISUAL_GROUP, **SEEN_ONLY}
 COLLISION = {'group': COLLISION_GROUP, **TOUCHING}
 #: What a link gets that moves though it and all that is fixed to it weigh nothing.
 LEAST_MASS, LEAST_INERTIA = 1e-3, 1e-6
-#: Impedance of end stops and mimic joints, which hardly give under a force.
+#: Impedance of what hardly gives under a force: end stops, mimic joints, dry friction.
 STIFF_SOLIMP = (0.999, 0.9999, 0.001, 0.5, 2.0)
-#: Time constant of a mimic joint's constraint, in timesteps.
-MIMIC_TIMESTEPS = 2.0
+#: Time constant of mimic joints and dry friction, in timesteps.
+STIFF_TIMESTEPS = 2.0
 #: Time constant of an end stop [s]: a joint that is put beyond its stop is not thrown back.
 STOP_TIME = 0.01
+#: Time constant [s] and impedance of dry friction that a drive overcomes.
+SOFT_FRICTION = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
 #: Play of a joint that cannot move, on each side [rad or m]; MuJoCo refuses a range of 0.
 PLAY = 1e-9
 
@@ -173,6 +177,7 @@ class RobotSpec:
             range=[limits.lower - play, limits.upper + play] if limited else [0.0, 0.0],
             solref_limit=[STOP_TIME, 1.0], solimp_limit=STIFF_SOLIMP,
             damping=joint.damping, frictionloss=joint.friction,
+            solref_friction=SOFT_FRICTION[0], solimp_friction=SOFT_FRICTION[1],
             armature=self.settings.armature_linear if sliding else self.settings.armature)
 
     def _moved_by_another(self, joint: Joint) -> bool:
@@ -205,8 +210,24 @@ class RobotSpec:
                 objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=self.name(name),
                 name2=self.name(mimic.joint))
             equality.data[:5] = [mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0]
-            equality.solref = [MIMIC_TIMESTEPS * self.settings.timestep, 1.0]
+            equality.solref = [STIFF_TIMESTEPS * self.settings.timestep, 1.0]
             equality.solimp = STIFF_SOLIMP
+
+
+def set_friction(model: Any, dofs: NDArray[np.intp], held: Mask) -> None:
+    """
+    Have the dry friction of joints suit what moves them.
+
+    It holds a joint that only an effort moves. A drive that moves a joint to positions overcomes
+    it: there it is soft, so that the joint does not stick short of its position.
+
+    :param dofs: (n,) degrees of freedom of the joints.
+    :param held: (n,) whether a drive holds the joint.
+    """
+    stiff = (STIFF_TIMESTEPS * model.opt.timestep, 1.0), STIFF_SOLIMP
+    for values, soft, hard in zip(
+            (model.dof_solref, model.dof_solimp), SOFT_FRICTION, stiff, strict=True):
+        values[dofs] = np.where(held[:, None], soft, hard)
 
 
 def bound_or_infinite(bound: float) -> float:

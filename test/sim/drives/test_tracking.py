@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.simulation import JointServoSettings, SimulationSettings
+from armsim_ros.config.world import WorldSettings
 from armsim_ros.sim.simulation import Simulation
 
 GOAL = (1.0, -0.8, 1.2)
@@ -143,3 +144,30 @@ def test_follows_in_spite_of_dry_friction_and_damping(make_arm, claim, follow, q
     claim(simulation, 'position')
     position, _ = quintic(np.zeros(3), GOAL, 1.0)
     assert follow(simulation, position, 1.2).max() < 1e-3
+
+
+def test_dry_friction_holds_against_a_smaller_effort(make_arm):
+    """A joint without a drive of positions rests below its friction, and moves above it."""
+    simulation = Simulation(make_arm(friction=2.0), world=WorldSettings(floor=False))
+    simulation.perform_command_mode_switch({'wrist': frozenset({'effort'})})
+    for effort in (1.5, 2.5):
+        simulation.command.effort[2] = effort
+        simulation.write()
+        simulation.step(1000)
+        assert (simulation.state.position[2] > 0.01) == (effort > 2.0)
+
+
+def test_a_step_is_reached_in_spite_of_dry_friction(make_arm, claim):
+    """
+    A drive of positions overcomes friction also where it starts and ends at once.
+
+    It does so again after an effort has moved the joint.
+    """
+    simulation = Simulation(make_arm(friction=2.0), world=WorldSettings(floor=False))
+    claim(simulation, 'effort')
+    simulation.step(10)
+    claim(simulation, 'position')
+    simulation.command.position[:] = 0.3
+    simulation.write()
+    simulation.step(2000)
+    np.testing.assert_allclose(simulation.state.position, 0.3, atol=1e-4)
