@@ -8,7 +8,7 @@ import asyncio
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from functools import cache, partial
+from functools import partial
 import secrets
 import traceback
 from typing import Any
@@ -97,6 +97,7 @@ class FoxgloveServer(ServerListener):
         self._recording: Any = None
         self._context = foxglove.Context()
         self._topics: dict[str, Topic] = {}
+        self._schemas: dict[str, foxglove.Schema] = {}
         self._shows_graph = False
         self._server: Any = None
         self._commands = Commands(link, rules.permissions, self._report)
@@ -291,7 +292,7 @@ class FoxgloveServer(ServerListener):
         for name, type_name in present.items():
             if name not in self._topics:
                 self._topics[name] = Topic(type_name, foxglove.Channel(
-                    name, message_encoding='cdr', schema=_schema(type_name),
+                    name, message_encoding='cdr', schema=self._schema(type_name),
                     context=self._context))
                 if any(fnmatchcase(name, pattern) for pattern in self._settings.mcap_topics):
                     self._subscribe(name, _RECORDING)
@@ -303,6 +304,19 @@ class FoxgloveServer(ServerListener):
             self._server.publish_connection_graph(self._connections())
         if self._uses_sim_time():
             self._server.broadcast_time(self._now())
+
+    def _schema(self, type_name: str) -> foxglove.Schema:
+        """Return the schema of a message type; it is empty where no definition is installed."""
+        if type_name not in self._schemas:
+            try:
+                encoding, text = ENCODING, message_definition(type_name)
+            except (ArmsimError, OSError, ValueError) as error:
+                encoding = text = ''
+                self._link.node.get_logger().warning(
+                    f'foxglove: topics of {type_name} are offered without its definition: {error}')
+            self._schemas[type_name] = foxglove.Schema(
+                name=type_name, encoding=encoding, data=text.encode())
+        return self._schemas[type_name]
 
     async def _follow_time(self) -> None:
         """Send simulated time to clients as it moves."""
@@ -354,16 +368,6 @@ class FoxgloveServer(ServerListener):
 
     def _uses_sim_time(self) -> bool:
         return bool(self._link.node.get_parameter('use_sim_time').value)
-
-
-@cache
-def _schema(type_name: str) -> foxglove.Schema | None:
-    """Return the schema of a message type, None where its definition is not installed."""
-    try:
-        text = message_definition(type_name)
-    except (ArmsimError, OSError, ValueError):
-        return None
-    return foxglove.Schema(name=type_name, encoding=ENCODING, data=text.encode())
 
 
 def _byte() -> int:
