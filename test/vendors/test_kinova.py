@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist, Vector3
 import numpy as np
 import pytest
 
+from armsim_ros.control.controller import LifecycleState
 from armsim_ros.nodes.vendors.kinova import KinovaEndpoints
 from armsim_ros.stack import ArmSim
 
@@ -39,7 +40,8 @@ def sim():
 
 def controller(kind):
     """Return an active controller of PickNik's packages."""
-    return SimpleNamespace(name=kind, type=f'picknik/{kind}', active=True)
+    return SimpleNamespace(name=kind, type=f'picknik/{kind}', active=True,
+                           state=LifecycleState.ACTIVE)
 
 
 def test_a_stop_is_a_fault_until_it_is_reset(sim):

@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import import_module
 import math
 from traceback import format_exception
-from typing import Any
+from typing import Any, Protocol
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.exceptions import InvalidHandle
@@ -23,7 +23,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from armsim_ros.control.arm_state import ArmState
-from armsim_ros.control.controller import Controller
+from armsim_ros.control.controller import Controller, LifecycleState
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.cell import Robot
@@ -154,11 +154,19 @@ class ArmNodes:
         self.dispatcher.post(self.check_waiting)
 
 
+class ControllerEndpoints(Protocol):
+    """The endpoints of a controller that publish at the rate of /clock."""
+
+    def publish(self, time_ns: int) -> None:
+        """Publish what is due [ns]."""
+
+
 class Endpoints:
     """The endpoints of an arm without a vendor: none."""
 
     def __init__(self, nodes: ArmNodes) -> None:
         self.nodes = nodes
+        self._of_controllers: list[tuple[Controller[Any], ControllerEndpoints]] = []
 
     def create(self) -> None:
         """Create those that belong to no controller."""
@@ -166,8 +174,18 @@ class Endpoints:
     def open(self, controller: Controller[Any], node: Node) -> None:
         """Create those of a controller that has been configured; in the executor's thread."""
 
+    def add(self, controller: Controller[Any], endpoints: ControllerEndpoints) -> None:
+        """Have a controller's endpoints publish until the controller is unloaded."""
+        self._of_controllers.append((controller, endpoints))
+
     def publish(self, time_ns: int) -> None:
         """Publish what is due at the rate of /clock; also while time is paused [ns]."""
+        unloaded = [entry for entry in self._of_controllers
+                    if entry[0].state is LifecycleState.FINALIZED]
+        for _, endpoints in tuple(self._of_controllers):
+            endpoints.publish(time_ns)
+        for entry in unloaded:
+            self._of_controllers.remove(entry)
 
     @property
     def pending(self) -> int:

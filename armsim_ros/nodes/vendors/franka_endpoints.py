@@ -185,7 +185,6 @@ class FrankaEndpoints(Endpoints):
         self._joints = tuple(name for name in model.active_joints
                              if model.joints[name].type is not JointType.PRISMATIC)[:JOINTS]
         self._parameters = ArmParameters()
-        self._states: list[StateTopics] = []
         self._gripper: Gripper | None = None
 
     def create(self) -> None:
@@ -210,17 +209,16 @@ class FrankaEndpoints(Endpoints):
         """Create the topics of a broadcaster of the arm's state."""
         if controller.type.endswith('/FrankaRobotStateBroadcaster') and self._joints:
             try:
-                self._states.append(StateTopics(
+                self.add(controller, StateTopics(
                     self.nodes, controller, node, self._joints, self._parameters))
             except ControllerError as error:
                 node.get_logger().error(f'no state of the arm: {error}')
 
     def publish(self, time_ns: int) -> None:
         """Publish states and feedback."""
+        super().publish(time_ns)
         if self._gripper is not None:
             self._gripper.publish(time_ns)
-        for topics in self._states:
-            topics.publish(time_ns)
 
     @property
     def pending(self) -> int:

@@ -23,25 +23,16 @@ from armsim_ros.nodes.vendors.endpoints import ArmNodes, Endpoints
 class KinovaEndpoints(Endpoints):
     """What the controllers of PickNik's packages offer."""
 
-    def __init__(self, nodes: ArmNodes) -> None:
-        super().__init__(nodes)
-        self._faults: list[FaultEndpoints] = []
-
     def open(self, controller: Controller[Any], node: Node) -> None:
         """Create the endpoints of a fault controller, or of a twist controller."""
         kind = controller.type.rpartition('/')[2]
         if kind == 'PicknikResetFaultController':
-            self._faults.append(FaultEndpoints(self.nodes, controller, node))
+            self.add(controller, FaultEndpoints(self.nodes, controller, node))
         elif kind == 'PicknikTwistController':
             try:
                 TwistCommands(self.nodes, controller, node)
             except ControllerError as error:
                 node.get_logger().error(f'no twists: {error}')
-
-    def publish(self, time_ns: int) -> None:
-        """Publish whether there is a fault."""
-        for faults in self._faults:
-            faults.publish()
 
 
 class FaultEndpoints:
@@ -53,7 +44,7 @@ class FaultEndpoints:
         nodes.once_active(controller, node, lambda: nodes.service(
             node, Trigger, '~/reset_fault', self._reset))
 
-    def publish(self) -> None:
+    def publish(self, time_ns: int) -> None:
         """Publish whether the arm is stopped."""
         if self._controller.active and self._publisher.get_subscription_count():
             self._publisher.publish(Bool(data=self._nodes.arm.stopped))

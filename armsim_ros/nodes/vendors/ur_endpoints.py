@@ -175,14 +175,16 @@ class Freedrive:
 
     def __init__(self, nodes: ArmNodes, controller: Controller[Any], node: Node) -> None:
         self._nodes, self._controller = nodes, controller
-        self._last_ns = 0
+        self._last_ns, self._began = 0, False
         receive: Any = self._receive  # an executor runs coroutines, too
         node.create_subscription(Bool, '~/enable_freedrive_mode', receive, 10)
 
     def publish(self, time_ns: int) -> None:
-        """End freedrive once nothing has asked for it in time, or the controller is inactive."""
+        """End its freedrive once nothing requests it in time, or the controller is inactive."""
         timeout_ns = self._controller.parameters.inactive_timeout * 1_000_000_000
-        if self._nodes.arm.freedrive and not (
+        if not self._nodes.arm.freedrive:
+            self._began = False
+        elif self._began and not (
                 self._controller.active and 0 <= time_ns - self._last_ns < timeout_ns):
             self._nodes.loop.call(lambda: self._nodes.arm.set_freedrive(False))
 
@@ -198,14 +200,11 @@ class Freedrive:
             await self._nodes.change(lambda: arm.set_freedrive(message.data))
         except SimulationError:
             return
+        self._began = message.data
 
 
 class UniversalRobots(Endpoints):
     """Dashboard, state helper and URScript of an arm, and what its controllers offer."""
-
-    def __init__(self, nodes: ArmNodes) -> None:
-        super().__init__(nodes)
-        self._controllers: list[IoAndStatus | Freedrive] = []
 
     def create(self) -> None:
         """Create the nodes that are programs of their own beside the real arm."""
@@ -217,14 +216,13 @@ class UniversalRobots(Endpoints):
         """Create what a controller of ``ur_controllers`` offers."""
         kind = controller.type.rpartition('/')[2]
         if kind == 'GPIOController':
-            self._controllers.append(IoAndStatus(self.nodes, controller, node))
+            self.add(controller, IoAndStatus(self.nodes, controller, node))
         elif controller.frees_arm:
-            self._controllers.append(Freedrive(self.nodes, controller, node))
+            self.add(controller, Freedrive(self.nodes, controller, node))
 
     def publish(self, time_ns: int) -> None:
         """Publish states, and end a freedrive that nothing keeps alive."""
-        for side in self._controllers:
-            side.publish(time_ns)
+        super().publish(time_ns)
         self.nodes.check_waiting()
 
     @property

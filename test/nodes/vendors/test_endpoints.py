@@ -9,7 +9,8 @@ import pytest
 from std_srvs.srv import Trigger
 
 from armsim_ros.errors import SimulationError
-from armsim_ros.nodes.vendors import ArmNodes
+from armsim_ros.nodes.vendors import ArmNodes, Endpoints
+from armsim_ros.stack import ArmSim
 
 
 class Offered(ArmNodes):
@@ -49,3 +50,19 @@ def test_whatever_fails_is_answered(error, text, logged):
     answer = offered.answer(fail)
     assert (answer.success, answer.message) == (False, text)
     assert any('Traceback' in line and text in line for line in offered.logged) is logged
+
+
+def test_an_unloaded_controller_publishes_once_more():
+    """So its endpoints can end what they began; one of the same name has its own."""
+    manager, published = ArmSim('sunday').manager, []
+    endpoints = Endpoints(SimpleNamespace(manager=manager))
+    for name in ('old', 'new'):
+        controller = manager.load(SimpleNamespace(
+            name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
+        endpoints.add(controller, SimpleNamespace(
+            publish=lambda _, name=name: published.append(name)))
+        if name == 'old':
+            manager.unload('freedrive')
+    for time_ns in (1, 2):
+        endpoints.publish(time_ns)
+    assert published == ['old', 'new', 'new']

@@ -27,9 +27,9 @@ class Arm:
         """Do it at once."""
         do()
 
-    def hear(self, value, active=True, **parameters):
-        """Receive a message; return the topic."""
-        topic = Freedrive(
+    def topic(self, active=True, **parameters):
+        """Return the topic of a controller; ``receive`` gets its messages."""
+        return Freedrive(
             SimpleNamespace(arm=self, time_ns=5, change=self.change,
                             loop=SimpleNamespace(call=lambda do: do())),
             SimpleNamespace(active=active, events=SimpleNamespace(
@@ -37,6 +37,10 @@ class Arm:
                 parameters=FreedriveModeControllerParameters(**parameters)),
             SimpleNamespace(create_subscription=lambda kind, name, receive, depth: setattr(
                 self, 'receive', receive)))
+
+    def hear(self, value, active=True, **parameters):
+        """Receive a message; return the topic."""
+        topic = self.topic(active, **parameters)
         asyncio.run(self.receive(Bool(data=value)))
         return topic
 
@@ -71,3 +75,24 @@ def test_freedrive_ends_when_nothing_asks_for_it(parameters, timeout_ns):
     assert arm.freedrive
     topic.publish(5 + timeout_ns)
     assert not arm.freedrive
+
+
+@pytest.mark.parametrize('active', [True, False])
+def test_a_controller_ends_no_freedrive_of_another(active):
+    """Re-enacts freedrive_mode_controller.cpp, timeout_callback: only while freedrive_active_."""
+    arm = Arm(False, '')
+    other = arm.topic(active)
+    arm.hear(True)
+    other.publish(2_000_000_000)
+    assert arm.freedrive
+
+
+def test_a_controller_forgets_a_freedrive_that_a_stop_has_ended():
+    """What another begins later is not its own."""
+    arm = Arm(False, '')
+    topic = arm.hear(True)
+    arm.set_freedrive(False)
+    topic.publish(6)
+    arm.hear(True)
+    topic.publish(2_000_000_000)
+    assert arm.freedrive
