@@ -378,7 +378,7 @@ class Plant:
     def _apply_gains(self) -> None:
         np.negative(self._gains, out=self._bias)
         if self._rubs:
-            set_friction(self.model, self._driven_dofs, self._gains.any(axis=1))
+            set_friction(self.model, self._driven_dofs, np.asarray(self._gains.any(axis=1)))
 
     def _bind_bounds(self) -> None:
         """Give the actuators the bounds of their forces."""
