@@ -26,7 +26,8 @@ class Teleop:
     def __init__(self, domain: int, *arguments: str) -> None:
         self.user, screen = pty.openpty()
         self._program = subprocess.Popen(
-            program_command('teleop', arguments), env=ros_environment(domain), stdin=screen,
+            program_command('teleop', arguments),
+            env={**ros_environment(domain), 'PYTHONFAULTHANDLER': '1'}, stdin=screen,
             stdout=screen, stderr=screen)
         os.close(screen)
         os.set_blocking(self.user, False)
@@ -51,11 +52,13 @@ class Teleop:
         return self.wait()
 
     def wait(self) -> int:
-        """Return the exit status; what is printed tells where a program hangs."""
-        try:
+        """Return the exit status; a program that hangs prints the stacks of its threads."""
+        with suppress(subprocess.TimeoutExpired):
             return self._program.wait(30.0)
-        except subprocess.TimeoutExpired:
-            raise AssertionError(f'teleop does not end: {self.text}') from None
+        self._program.send_signal(signal.SIGABRT)
+        with suppress(subprocess.TimeoutExpired):
+            self._program.wait(5.0)
+        raise AssertionError(f'teleop does not end: {self.text}')
 
     def close(self) -> None:
         """Be gone."""

@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 from control_msgs.msg import JointJog, JointTrajectoryControllerState
-from controller_manager_msgs.srv import SwitchController
+from controller_manager_msgs.srv import ListControllers, SwitchController
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from moveit_msgs.msg import ServoStatus
 from moveit_msgs.srv import ServoCommandType
@@ -323,7 +323,13 @@ class Streamed:
         return lambda: any(words in text and code in codes for code, text in self.said())
 
     def rest(self, seconds: float = 0.2) -> None:
-        """Wait until the arm has not moved for so long by its own stamps [s]."""
+        """
+        Wait until the arm has not moved for so long by its own stamps [s].
+
+        The simulation answers a request first: where it makes up for lost time, it may step
+        through a whole rest before it takes the commands that have come.
+        """
+        self.client.call(f'{MANAGER}/list_controllers', ListControllers)
         begin, place = 0.0, np.full(6, np.inf)
 
         def rested() -> bool:

@@ -224,8 +224,8 @@ def test_a_change_of_the_world_is_published_within_half_a_second(arm: Any) -> No
     heard = arm.client.collect(
         arm.name('monitored_planning_scene'), PlanningScene, QoSProfile(depth=100)
     )
-    assert arm.add(thing('early', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0)))
-    heard.wait_for(lambda one: any(o.id == 'early' for o in one.world.collision_objects))
+    heard.wait_after(
+        lambda: arm.add(thing('early', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0))))
     arm.add(thing('crate', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(3.0)))
     heard.wait_for(lambda one: any(o.id == 'crate' for o in one.world.collision_objects), 0.5)
     heard.close()
@@ -239,7 +239,7 @@ def test_every_plan_is_displayed(arm: Any) -> None:
     shown = heard.wait_after(lambda: plans.append(arm.planned(arm.near())))
     assert shown.model_id == arm.robot_name
     assert len(shown.trajectory) == 1
-    assert shown.trajectory[0].joint_trajectory == plans[-1]
+    assert shown.trajectory[0].joint_trajectory in plans
     assert set(shown.trajectory_start.joint_state.name) >= set(arm.joints)
     heard.close()
 
@@ -254,8 +254,8 @@ def test_some_changes_bring_the_whole_monitored_scene(arm: Any) -> None:
     heard = arm.client.collect(
         arm.name('monitored_planning_scene'), PlanningScene, QoSProfile(depth=100)
     )
-    assert arm.add(thing('early', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0)))
-    heard.wait_for(lambda one: any(o.id == 'early' for o in one.world.collision_objects))
+    heard.wait_after(
+        lambda: arm.add(thing('early', arm.frame, [box(0.1, 0.1, 0.1)], pose=at(2.0))))
     named = quiet_diff()
     for change in ('name', 'link_padding', 'is_diff'):
         if change == 'is_diff':
