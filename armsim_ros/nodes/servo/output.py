@@ -34,22 +34,46 @@ _BUSY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STA
 #: Actions of move_group that move the arm when they have planned.
 PLANNING = ('move_action', 'execute_trajectory', 'sequence_move_group', 'execute_task_solution')
 _FRESH_NS = 200_000_000
-#: It takes no longer than this from a subscription to the first state [s].
+#: It takes no longer than this from a subscription to the first state, or from the first message
+#: of a publisher until the graph knows it [s].
 _FIRST = 0.5
 
 
 class ActionWatch:
-    """Whether an action of another client has goals."""
+    """
+    Whether an action of another client has goals.
+
+    A server that dies publishes no end of its goals; they end with its publisher.
+    """
 
     def __init__(self, node: PollingNode, action: str) -> None:
-        self.busy = False
+        self._node, self._topic = node, f'{action}/_action/status'
+        self._runs = False
+        self._since = 0.0
+        self._servers: set[bytes] = set()
         profile = QoSProfile(
             depth=1, reliability=qos.LATCHED.reliability, durability=qos.LATCHED.durability)
-        self.subscription = node.poll(
-            GoalStatusArray, f'{action}/_action/status', self._receive, profile)
+        self.subscription = node.poll(GoalStatusArray, self._topic, self._receive, profile)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a goal runs, and a server that may have published so is still there."""
+        if not self._runs:
+            return False
+        present = self._present()
+        if not self._servers and time.monotonic() - self._since < _FIRST:
+            self._servers = present  # the graph may know a publisher later than its message comes
+            return True
+        return not self._servers.isdisjoint(present)
 
     def _receive(self, message: GoalStatusArray) -> None:
-        self.busy = any(entry.status in _BUSY for entry in message.status_list)
+        self._runs = any(entry.status in _BUSY for entry in message.status_list)
+        if self._runs:
+            self._since, self._servers = time.monotonic(), self._present()
+
+    def _present(self) -> set[bytes]:
+        return {bytes(each.endpoint_gid)
+                for each in self._node.get_publishers_info_by_topic(self._topic)}
 
 
 class ControllerWatch:

@@ -104,6 +104,8 @@ class Streaming:
                     # What comes in meanwhile stays with the middleware, which keeps the newest.
                     busy = awaited(1.0 / _LOOKS)
                     if not busy:
+                        # Who has a goal is known only while its publisher is still there.
+                        self.node.catch_up(self.controller.own, *self.controller.subscriptions)
                         continue
                     due = time.monotonic()
                     cycle = 0
