@@ -36,6 +36,18 @@ def sim():
     return sim
 
 
+def add_freedrive(sim):
+    """Add a freedrive controller, inactive."""
+    sim.manager.load(SimpleNamespace(
+        name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
+    sim.manager.configure('freedrive')
+
+
+def errors(sim):
+    """Return the texts of new errors."""
+    return [event.text for event in sim.manager.poll_events() if event.level == 'error']
+
+
 def states(sim):
     """Return controller -> its state."""
     return {info.name: info.state for info in sim.manager.list_controllers()}
@@ -133,6 +145,53 @@ def test_what_becomes_active_before_the_program_runs_is_set_aside():
     sim.manager.arm.play()
     sim.step(20)
     assert states(sim)[ARM] == 'active'
+
+
+@pytest.mark.parametrize('program', ['PLAYING', 'STOPPED'])
+def test_play_reports_what_keeps_the_controllers_of_the_program_inactive(program):
+    """
+    What a client activates in place of a stopped program's controllers stays active.
+
+    Re-enacts controller_stopper.cpp, findAndStopControllers and startControllers.
+    """
+    sim = ArmSim('sunday', overrides={
+        'simulation.hardware.vendor': 'ur', 'simulation.hardware.program': program})
+    add_freedrive(sim)
+    sim.manager.arm.stop_program()
+    sim.step(20)
+    assert sim.manager.switch(['freedrive']).ok
+    sim.manager.arm.set_slider(0.5)
+    sim.step(20)
+    assert states(sim)['freedrive'] == 'active'
+    sim.manager.poll_events()
+    assert sim.manager.arm.play() == ''
+    sim.step(20)
+    assert (states(sim)[ARM], states(sim)['freedrive']) == ('inactive', 'active')
+    (error,) = errors(sim)
+    assert f"'{ARM}' cannot be active together with 'freedrive'" in error
+
+
+def test_play_leaves_alone_what_a_client_has_activated_again(sim):
+    """A client may activate a controller of the stopped program; play finds nothing wrong."""
+    sim.manager.arm.stop_program()
+    sim.step(20)
+    assert sim.manager.switch([ARM]).ok
+    assert sim.manager.arm.play() == ''
+    sim.step(20)
+    assert states(sim)[ARM] == 'active'
+    assert errors(sim) == []
+
+
+def test_play_reports_a_controller_of_the_program_that_was_unloaded(sim):
+    """Re-enacts controller_stopper.cpp, startControllers: could not activate, an error."""
+    sim.manager.arm.stop_program()
+    sim.step(20)
+    sim.manager.unload(ARM)
+    sim.manager.poll_events()
+    assert sim.manager.arm.play() == ''
+    sim.step(20)
+    (error,) = errors(sim)
+    assert f"no controller '{ARM}' is loaded" in error
 
 
 def test_half_the_slider_takes_twice_the_time_on_the_same_path(sim):
@@ -274,9 +333,7 @@ def test_freedrive_and_what_moves_the_arm_exclude_each_other(sim):
 
     As ``prepare_command_mode_switch`` (hardware_interface.cpp of ur_robot_driver).
     """
-    sim.manager.load(SimpleNamespace(
-        name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
-    sim.manager.configure('freedrive')
+    add_freedrive(sim)
     refused = sim.manager.switch(['freedrive'])
     assert not refused.ok
     assert f"'freedrive' cannot be active together with '{ARM}'" in refused.message
@@ -289,9 +346,7 @@ def test_freedrive_and_what_moves_the_arm_exclude_each_other(sim):
 
 def test_freedrive_is_set_aside_with_the_program(sim):
     """As ``controller_stopper.cpp``, which stops it, too."""
-    sim.manager.load(SimpleNamespace(
-        name='freedrive', type='ur_controllers/FreedriveModeController', parameters={}))
-    sim.manager.configure('freedrive')
+    add_freedrive(sim)
     assert sim.manager.switch(['freedrive'], [ARM]).ok
     for change, state in ((sim.manager.arm.stop_program, 'inactive'),
                           (sim.manager.arm.play, 'active')):

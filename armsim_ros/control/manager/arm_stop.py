@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,11 @@ from armsim_ros.control.hardware_interface import (
     COMMAND_INTERFACES,
     HardwareInterface,
 )
+from armsim_ros.control.mailbox import EventQueue
 from armsim_ros.control.manager.manager_info import dependents
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.control.manager.switch_execution import SwitchExecution, SwitchRequest
-from armsim_ros.control.manager.switching import Strictness
+from armsim_ros.control.manager.switching import clash, Strictness, SwitchResult
 from armsim_ros.control.stop_monitor import StopMonitor
 from armsim_ros.model.robot_model import RobotModel
 
@@ -157,11 +159,13 @@ class ArmStop:
     :param resources: lose the joints of the arm during a stop.
     :param switches: knows the active controllers.
     :param request_switch: takes a switch that is carried out after ``follow``.
+    :param events: get an error where controllers stay inactive although the program runs.
     """
 
     def __init__(
         self, arm: ArmState, model: RobotModel | None, resources: Resources,
-        switches: SwitchExecution, request_switch: Callable[[SwitchRequest], object]
+        switches: SwitchExecution, request_switch: Callable[[SwitchRequest], object],
+        events: EventQueue
     ) -> None:
         self.arm = arm
         #: What can stop the arm by itself; None where nothing does.
@@ -171,9 +175,11 @@ class ArmStop:
         self._model, self._resources, self._switches = model, resources, switches
         self._hardware: HardwareInterface = resources.hardware
         self._braking: Braking | None = None
-        self._request_switch = request_switch
-        #: Controllers that are active again once the program runs.
-        self._set_aside: list[str] = []
+        self._request_switch, self._events = request_switch, events
+        #: Controllers that are active again once the program runs, by name.
+        self._set_aside: dict[str, Controller[Any]] = {}
+        #: Whether those have been set aside that were active when the program stopped.
+        self._program_stopped = False
         #: Whether controllers that become active before the program runs are set aside.
         self._before_program = arm.program is Program.STOPPED
         self._written = -1.0
@@ -232,9 +238,11 @@ class ArmStop:
             self._end(time_ns)
         elif reason:
             self.reason = reason
-            self._set_controllers_aside()
             if self._braking is not None and not arm.moves:
                 self._braking.halt()
+        if not self._program_stopped:
+            self._set_controllers_aside()
+        self._program_stopped = arm.program is Program.STOPPED
 
     def holds(self, controller: Controller[Any]) -> bool:
         """Return whether a controller is not updated now."""
@@ -300,7 +308,6 @@ class ArmStop:
         self._switches.follow_hardware(active, time_ns)
         braking.begin(velocity, measured=measured)
         self._braking = braking
-        self._set_controllers_aside()
 
     def _end(self, time_ns: int) -> None:
         self._braking, self._resources.halted = None, frozenset()
@@ -312,21 +319,38 @@ class ArmStop:
         self._bring_controllers_back()
 
     def _set_controllers_aside(self) -> None:
-        """Deactivate the controllers of the arm where its program has stopped."""
+        """
+        Deactivate the controllers of the arm where its program has stopped.
+
+        What cannot be active together with those set aside before is left as it is.
+        """
         if self.arm.program is not Program.STOPPED:
             return
         active = [controller for controller, _ in self._switches.active]
+        before = self._set_aside.values()
         moving = [controller for controller in active
-                  if controller.moves_arm or controller.frees_arm]
-        names = [controller.name for controller in (*moving, *dependents(moving, active))]
-        if names:
-            self._set_aside += names
-            self._request_switch(SwitchRequest((), names, Strictness.BEST_EFFORT))
+                  if (controller.moves_arm or controller.frees_arm)
+                  and not any(clash(controller, other) for other in before
+                              if other.name != controller.name)]
+        if moving:
+            setting = {each.name: each for each in (*moving, *dependents(moving, active))}
+            self._set_aside.update(setting)
+            self._request_switch(SwitchRequest((), tuple(setting), Strictness.BEST_EFFORT))
 
     def _bring_controllers_back(self) -> None:
-        names, self._set_aside, self._before_program = self._set_aside, [], False
+        active = {controller.name for controller, _ in self._switches.active}
+        names = [name for name in self._set_aside if name not in active]
+        self._set_aside, self._before_program, self._program_stopped = {}, False, False
         if names:
-            self._request_switch(SwitchRequest(names, (), Strictness.STRICT))
+            request = SwitchRequest(names, (), Strictness.STRICT)
+            request.future.add_done_callback(self._report)
+            self._request_switch(request)
+
+    def _report(self, switched: Future[SwitchResult]) -> None:
+        result = switched.result()
+        if not result.ok:
+            self._events.add(self.arm.time_ns, 'error', 'state',
+                             f'the program runs without its controllers: {result.message}')
 
     def _write_pace(self) -> None:
         if not self._paces or self._written == self.arm.pace:

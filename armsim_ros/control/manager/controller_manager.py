@@ -95,7 +95,7 @@ class ControllerManager:
         self._requests: Mailbox[SwitchRequest] = Mailbox(self.context.wake)
         self._failures: dict[str, Exception] = {}
         self.stops = ArmStop(arm(self.events, self.context.wake), model, self.resources,
-                             self._switches, self._requests.post)
+                             self._switches, self._requests.post, self.events)
         self._ahead = UpdatesAhead((), 0, 0, 0.0)
 
     @property

@@ -170,6 +170,18 @@ def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[st
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 
 
+def clash(controller: Controller[Any], other: Controller[Any]) -> str:
+    """Return why a controller cannot be active beside another one, '' where it can."""
+    for interface in controller.required_command_interfaces:
+        if interface in other.required_command_interfaces:
+            return (f"'{controller.name}' needs the command interface {interface}, which "
+                    f"'{other.name}' has claimed")
+    if (controller.frees_arm and other.moves_arm) or (controller.moves_arm and other.frees_arm):
+        return (f"'{controller.name}' cannot be active together with '{other.name}': one moves "
+                'the arm, the other gives it free')
+    return ''
+
+
 def find_controller(controllers: Controllers, name: str) -> Controller[Any]:
     """Return a controller by its name; ControllerError names those that are loaded."""
     try:
@@ -230,9 +242,8 @@ def _conflicts(
     running = [controller for controller in controllers.values()
                if controller.active
                and (controller.name not in stopping or controller.name in starting)]
-    owners = {interface: controller.name for controller in running
-              for interface in controller.required_command_interfaces}
     active = {controller.name for controller in running}.union(starting)
+    others = list(running)
     for name in starting:
         controller = controllers[name]
         if idle := resources.inactive_owner(controller.required_command_interfaces):
@@ -242,18 +253,8 @@ def _conflicts(
             continue
         if lack := resources.lack_of(controller, active):
             yield lack
-        for interface in controller.required_command_interfaces:
-            if owners.setdefault(interface, name) != name:
-                yield (f"'{name}' needs the command interface {interface}, which "
-                       f"'{owners[interface]}' has claimed")
-                break
-        together = [*running, *(controllers[other] for other in starting if other != name)]
-        for other in together:
-            if (controller.frees_arm and other.moves_arm) or (
-                    controller.moves_arm and other.frees_arm):
-                yield (f"'{name}' cannot be active together with '{other.name}': one moves the "
-                       'arm, the other gives it free')
-                break
+        yield from [text for other in others if (text := clash(controller, other))][:1]
+        others.append(controller)
 
 
 def _unknown(name: str, controllers: Controllers) -> str:
