@@ -149,9 +149,10 @@ class SharedParameters:
                 self._report(f'{parameter.name}: {error}')
 
     def follow(self, names: list[str]) -> None:
-        """Publish these, too, as they change."""
-        self._followed.update(names)
-        if self._events is None:
+        """Publish these, too, as they change, as far as they may be used."""
+        self._followed.update(
+            name for name in names if self._parameters.allows(_with_colon(name)))
+        if self._events is None and self._followed:
             self._events = self._link.in_thread(lambda: self._link.node.create_subscription(
                 ParameterEvent, '/parameter_events', self._changed, _DEPTH))
 

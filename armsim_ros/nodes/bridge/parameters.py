@@ -41,6 +41,11 @@ class Parameters:
         self._link, self._patterns, self._ignores_silent = link, patterns, ignores_silent
         self._silent: set[str] = set()
 
+    def allows(self, full_name: str) -> bool:
+        """Return whether a parameter may be used, whether or not it is there."""
+        node, _, name = full_name.partition(':')
+        return self._patterns.allows_parameter(node, name)
+
     async def value(self, full_name: str) -> Any:
         """
         Return a value; an array of bytes as integers.

@@ -3,12 +3,15 @@
 """The server of Foxglove in the test's own process, for a graph that the test gives."""
 
 import asyncio
+from contextlib import asynccontextmanager
+import itertools
 import json
 
 import pytest
 
 pytest.importorskip('foxglove')
 
+from rclpy.parameter import Parameter
 from websockets.asyncio.client import connect
 
 from armsim_ros.nodes.bridge.foxglove_rules import FoxgloveRules
@@ -31,22 +34,63 @@ class Graph(BridgeLink):
         return TOPICS
 
 
+class Viewer:
+    """A client of the server."""
+
+    def __init__(self, connection):
+        self._connection = connection
+
+    async def send(self, op, **fields):
+        """Send an operation."""
+        await self._connection.send(json.dumps({'op': op, **fields}))
+
+    async def receive(self, op):
+        """Return the next message of an operation."""
+        while True:
+            frame = await asyncio.wait_for(self._connection.recv(), PATIENCE)
+            if isinstance(frame, str) and (message := json.loads(frame))['op'] == op:
+                return message
+
+
+@asynccontextmanager
+async def viewing(link, settings):
+    """Give a client of a server that is up meanwhile."""
+    server = FoxgloveServer(link, settings, FoxgloveRules.of(settings), '',
+                            PackageFiles(link, Packages()))
+    try:
+        await server.open()
+        async with connect(server.url, subprotocols=['foxglove.sdk.v1']) as connection:
+            yield Viewer(connection)
+    finally:
+        server.close()
+
+
 async def offered(settings):
     """Return topic -> its channel as a client gets it."""
+    channels = {}
     with Graph('viewer', (), asyncio.get_running_loop()) as link:
-        server = FoxgloveServer(link, settings, FoxgloveRules.of(settings), '',
-                                PackageFiles(link, Packages()))
-        try:
-            await server.open()
-            channels = {}
-            async with connect(server.url, subprotocols=['foxglove.sdk.v1']) as connection:
-                while len(channels) < len(TOPICS):
-                    message = json.loads(await asyncio.wait_for(connection.recv(), PATIENCE))
-                    channels.update((channel['topic'], channel)
-                                    for channel in message.get('channels', ()))
-            return channels
-        finally:
-            server.close()
+        async with viewing(link, settings) as viewer:
+            while len(channels) < len(TOPICS):
+                message = await viewer.receive('advertise')
+                channels.update((channel['topic'], channel) for channel in message['channels'])
+    return channels
+
+
+async def published(settings, followed):
+    """Return the names of the first of the bridge's own parameters that a client is sent."""
+    with BridgeLink('viewer', (), asyncio.get_running_loop()) as link:
+        for name in followed:
+            link.node.declare_parameter(name, 0)
+        async with viewing(link, settings) as viewer:
+            await viewer.send('subscribeParameterUpdates',
+                              parameterNames=[f'/viewer.{name}' for name in followed])
+            for count in itertools.count(1):
+                # Each is an event of its own; the first come before the server listens.
+                link.node.set_parameters([Parameter(name, value=count) for name in followed])
+                await viewer.send('getParameters', parameterNames=[], id='after')
+                message = await viewer.receive('parameterValues')
+                if message.get('id') != 'after':
+                    return [parameter['name'] for parameter in message['parameters']]
 
 
 def test_a_type_without_a_definition_hides_no_other_topic(capfd):
@@ -58,3 +102,9 @@ def test_a_type_without_a_definition_hides_no_other_topic(capfd):
         '/known': ('std_msgs/msg/String', 'string data')}
     warning = 'topics of missing_msgs/msg/Custom are offered without its definition'
     assert capfd.readouterr().err.count(warning) == 1
+
+
+def test_changes_of_parameters_that_may_not_be_used_are_not_published():
+    """Re-enacts parameter_interface.cpp, subscribeParams: what is whitelisted is followed."""
+    settings = BridgeSettings(foxglove='read', foxglove_port=0, params_glob=('shown',))
+    assert asyncio.run(published(settings, ('secret', 'shown'))) == ['/viewer.shown']
