@@ -38,12 +38,13 @@ UNUSED_SERVO_KEYS: Mapping[str, str] = {
 
 
 class Scale(Settings):
-    """How fast commands move the arm at most."""
+    """How fast commands move the arm at most; below 0, unitless commands move it backwards."""
 
-    linear: float = parameter(0.4, 'translation [m/s]; with speed_units 0 is no bound', ge=0.0)
-    rotational: float = parameter(0.8, 'rotation [rad/s]; with speed_units 0 is no bound', ge=0.0)
-    joint: float = parameter(
-        0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units', ge=0.0)
+    linear: float = parameter(
+        0.4, 'translation [m/s]; for speed_units and poses there is no bound at 0 and below')
+    rotational: float = parameter(
+        0.8, 'rotation [rad/s]; for speed_units and poses there is no bound at 0 and below')
+    joint: float = parameter(0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units')
 
 
 class PoseTracking(Settings):

@@ -5,7 +5,14 @@
 import pytest
 from servo_streams import jog, twist
 
-from armsim_ros.servo.commands import CommandInbox, CommandType, finite_vector
+from armsim_ros.servo.commands import (
+    CommandInbox,
+    CommandType,
+    Finding,
+    finite_vector,
+    ServoStatus,
+    weightiest,
+)
 
 NOW = 100_000_000_000
 TIMEOUT = 100_000_000
@@ -125,3 +132,10 @@ def test_another_type_forgets(inbox):
     send(inbox)
     inbox.choose(CommandType.POSE)
     assert inbox.command(NOW) is None
+
+
+@pytest.mark.parametrize(('codes', 'reported'), [
+    ((1, 4), 4), ((4, 6), 6), ((2, 6), 6), ((5, 6), 5), ((-1, 5), -1)])
+def test_of_several_findings_the_status_has_the_weightiest(codes, reported):
+    """Re-enacts servo.cpp, getNextJointState: each of these checks overrules those before it."""
+    assert weightiest(Finding(ServoStatus(code)) for code in codes).code == reported

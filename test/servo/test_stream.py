@@ -152,7 +152,7 @@ def test_scales_of_joints(streamer):
 
 def test_scales_of_the_tip(streamer):
     """
-    Twists without units are not cut; with units their norms are, unless the scale is 0.
+    Twists without units are not cut; with units their norms are, by a scale above 0.
 
     Upstream: utils/command.cpp, jointDeltaFromTwist.
     """
@@ -165,7 +165,9 @@ def test_scales_of_the_tip(streamer):
 
     assert speed(2.0, scale={'linear': 0.05}) == pytest.approx(0.1, rel=0.02)
     assert speed(0.2, scale={'linear': 0.05}, **SPEED) == pytest.approx(0.05, rel=0.02)
-    assert speed(0.1, scale={'linear': 0.0}, **SPEED) == pytest.approx(0.1, rel=0.02)
+    assert speed(2.0, scale={'linear': -0.05}) == pytest.approx(-0.1, rel=0.02)
+    for unbounded in (0.0, -0.05):
+        assert speed(0.1, scale={'linear': unbounded}, **SPEED) == pytest.approx(0.1, rel=0.02)
 
 
 def test_jogs_without_names_and_with_one_twice(streamer):
