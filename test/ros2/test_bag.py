@@ -56,6 +56,12 @@ def test_playing_ends_at_a_time_of_the_recording(words, last):
     assert last_played(1_000_000_000, parsed('play', 'bag', *words)) == last
 
 
+@pytest.mark.parametrize(('words', 'interval'), [([], 100), (['-p', '0'], 1), (['-p', '-5'], 1)])
+def test_no_polling_interval_keeps_from_recording(words, interval):
+    """Re-enacts recorder.cpp, topics_discovery: at 0 it looks all the time, and records."""
+    assert parsed('record', '-a', *words).polling_interval == interval
+
+
 def test_a_topic_is_published_with_the_profile_of_its_publishers():
     """Re-enacts rosbag2_storage/qos.cpp, adapt_offer_to_recorded_offers: with default history."""
     profile = offered('/tf_static', [LATCHED, {**LATCHED, 'depth': 5}])

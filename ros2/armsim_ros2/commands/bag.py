@@ -99,6 +99,11 @@ class _Recorder:
         self._writer.finish()  # type: ignore[no-untyped-call] # mcap's
 
 
+def _interval(text: str) -> int:
+    """Return a number of milliseconds in which messages can be received, too."""
+    return max(int(text), 1)
+
+
 def _record(options: Namespace) -> None:
     if not (options.all or options.topics or options.more_topics or options.topic_types
             or options.regex):
@@ -350,7 +355,7 @@ VERBS = {
         argument('--exclude-topic-types', nargs='+', default=[], metavar='TYPE',
                  help='leave topics of these types out'),
         flag('--no-discovery', about='record only topics that are there at the start'),
-        argument('-p', '--polling-interval', type=int, default=100, metavar='MS',
+        argument('-p', '--polling-interval', type=_interval, default=100, metavar='MS',
                  help='how often new topics are looked for (default: %(default)s)'),
         argument('--max-cache-size', type=int, metavar='BYTES', help='no effect'), _keyboard,
         argument('-o', '--output', metavar='FOLDER', help='a new folder for the recording'),
