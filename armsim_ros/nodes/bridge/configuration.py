@@ -52,12 +52,14 @@ class Interface:
     :param parse: returns the values of a command line, and the words for ROS.
     :param read: returns the configuration for these values; the second argument declares a
         parameter and returns its value.
+    :param foxglove_port: the argument that is the port of Foxglove.
     """
 
     node: str
     help_text: Callable[[], str]
     parse: Callable[[Sequence[str]], tuple[dict[str, Any], tuple[str, ...]]]
     read: Callable[[Mapping[str, Any], Declare], Configuration]
+    foxglove_port: str
 
 
 def _read_bridge(given: Mapping[str, Any], parameter: Declare) -> Configuration:
@@ -72,8 +74,9 @@ def _read_foxglove_bridge(given: Mapping[str, Any], parameter: Declare) -> Confi
     return Configuration(settings, False, rules, unused)
 
 
-BRIDGE = Interface('rosbridge_websocket', help_text, parse_bridge_arguments, _read_bridge)
+BRIDGE = Interface('rosbridge_websocket', help_text, parse_bridge_arguments, _read_bridge,
+                   'foxglove_port')
 FOXGLOVE_BRIDGE = Interface(
     'foxglove_bridge', partial(help_text, 'foxglove_bridge', 'Foxglove, as foxglove_bridge',
                                FOXGLOVE_ARGUMENTS),
-    parse_foxglove_arguments, _read_foxglove_bridge)
+    parse_foxglove_arguments, _read_foxglove_bridge, 'port')

@@ -88,11 +88,11 @@ class FoxgloveServer(ServerListener):
     """
 
     def __init__(self, link: BridgeLink, settings: BridgeSettings, rules: FoxgloveRules,
-                 token: str, files: PackageFiles) -> None:
+                 token: str, files: PackageFiles, port_argument: str) -> None:
         self._link, self._settings, self._token, self._files = link, settings, token, files
         self._rules, self._permissions = rules, rules.permissions
         self._graph = GraphView(link, rules.permissions, include_hidden=rules.include_hidden)
-        self._port = settings.foxglove_port
+        self._port, self._port_argument = settings.foxglove_port, port_argument
         self._gate: Gate | None = None
         self._recording: Any = None
         self._context = foxglove.Context()
@@ -141,7 +141,8 @@ class FoxgloveServer(ServerListener):
         try:
             self._port = await self._gate.open(settings.address, self._port, tls(settings))
         except ServingError as error:
-            raise ServingError(f'{error}; foxglove_port:=0 takes any free port') from None
+            raise ServingError(
+                f'{error}; {self._port_argument}:=0 takes any free port') from None
         self._tasks = [self._link.loop.create_task(work)
                        for work in (self._renew(), self._follow_time())]
 

@@ -82,7 +82,8 @@ class BridgeProgram:
             try:
                 if rosbridge is not None:
                     await rosbridge.server.open()
-                foxglove = await _open_foxglove(link, configuration, token, files)
+                foxglove = await _open_foxglove(
+                    link, configuration, token, files, self._interface.foxglove_port)
                 if rosbridge is not None:
                     print(f'rosbridge: {rosbridge.server.url}', flush=True)
                 if foxglove is not None:
@@ -123,7 +124,7 @@ class _Rosbridge:
 
 
 async def _open_foxglove(link: BridgeLink, configuration: Configuration, token: str,
-                         files: PackageFiles) -> Any:
+                         files: PackageFiles, port_argument: str) -> Any:
     """
     Return the server of Foxglove, None where it is not requested.
 
@@ -136,6 +137,7 @@ async def _open_foxglove(link: BridgeLink, configuration: Configuration, token: 
                           "installed; python3 -m pip install 'armsim_ros[foxglove]'")
     from armsim_ros.nodes.bridge.foxglove_server import FoxgloveServer
 
-    server = FoxgloveServer(link, configuration.settings, configuration.foxglove, token, files)
+    server = FoxgloveServer(link, configuration.settings, configuration.foxglove, token, files,
+                            port_argument)
     await server.open()
     return server

@@ -6,6 +6,7 @@ import asyncio
 from contextlib import asynccontextmanager
 import itertools
 import json
+import socket
 
 import pytest
 
@@ -14,11 +15,13 @@ pytest.importorskip('foxglove')
 from rclpy.parameter import Parameter
 from websockets.asyncio.client import connect
 
+from armsim_ros.nodes.bridge.configuration import BRIDGE, FOXGLOVE_BRIDGE
 from armsim_ros.nodes.bridge.foxglove_rules import FoxgloveRules
 from armsim_ros.nodes.bridge.foxglove_server import FoxgloveServer
 from armsim_ros.nodes.bridge.link import BridgeLink
 from armsim_ros.nodes.bridge.package_files import PackageFiles
 from armsim_ros.nodes.bridge.settings import BridgeSettings
+from armsim_ros.nodes.ports import ServingError
 from armsim_ros.packages import Packages
 
 TOPICS = {'/custom': ['missing_msgs/msg/Custom'], '/twin': ['missing_msgs/msg/Custom'],
@@ -53,10 +56,10 @@ class Viewer:
 
 
 @asynccontextmanager
-async def viewing(link, settings):
-    """Give a client of a server that is up meanwhile."""
+async def viewing(link, settings, interface=BRIDGE):
+    """Give a client of a program's server that is up meanwhile."""
     server = FoxgloveServer(link, settings, FoxgloveRules.of(settings), '',
-                            PackageFiles(link, Packages()))
+                            PackageFiles(link, Packages()), interface.foxglove_port)
     try:
         await server.open()
         async with connect(server.url, subprotocols=['foxglove.sdk.v1']) as connection:
@@ -108,3 +111,23 @@ def test_changes_of_parameters_that_may_not_be_used_are_not_published():
     """Re-enacts parameter_interface.cpp, subscribeParams: what is whitelisted is followed."""
     settings = BridgeSettings(foxglove='read', foxglove_port=0, params_glob=('shown',))
     assert asyncio.run(published(settings, ('secret', 'shown'))) == ['/viewer.shown']
+
+
+async def refusal(settings, interface):
+    """Return why a program's server cannot be opened."""
+    with (BridgeLink('viewer', (), asyncio.get_running_loop()) as link,
+          pytest.raises(ServingError) as refused):
+        async with viewing(link, settings, interface):
+            pass
+    return str(refused.value)
+
+
+@pytest.mark.parametrize('interface', [BRIDGE, FOXGLOVE_BRIDGE], ids=lambda each: each.node)
+def test_a_taken_port_is_an_error_with_an_argument_that_the_program_takes(interface):
+    """The two programs name the port of Foxglove differently."""
+    with socket.create_server(('127.0.0.1', 0)) as taken:
+        text = asyncio.run(refusal(
+            BridgeSettings(foxglove='read', foxglove_port=taken.getsockname()[1]), interface))
+    word, _, _ = text.rpartition('; ')[2].partition(' takes any free port')
+    given, _ = interface.parse([word])
+    assert interface.read(given, lambda name, value: value).settings.foxglove_port == 0
