@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -75,11 +76,10 @@ def run_command(
     if command == 'CIRC':
         _check_arc(request.path_constraints)
     validity = context.validity(scene, group, ConstraintSet(kept, scene, context.log))
-    if command == 'PTP':
-        motion = _point_to_point(context, request, validity, goal, start)
-    else:
-        motion = _along_curve(context, request, scene, validity, goal, start, budget)
-    motion = _slow_enough(context, request, validity, motion)
+    plan = _point_to_point if command == 'PTP' else _along_curve
+    motion = _slow_enough(
+        context, request, validity, budget,
+        lambda slowed: plan(context, slowed, scene, validity, goal, start, budget))
     budget.check('ValidateSolution')
     fault = first_fault(motion, validity, context.settings.fine_step)
     if fault:
@@ -126,9 +126,10 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
 
 
 def _point_to_point(
-    context: PlanningContext, request: MotionPlanRequest, validity: StateValidity,
-    goal: CommandGoal, start: Vector,
+    context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene,
+    validity: StateValidity, goal: CommandGoal, start: Vector, budget: Budget,
 ) -> QuinticMotion:
+    """Return the motion of all joints together."""
     end = context.model.extract(goal.joint_state(), validity.group)
     if float(np.max(np.abs(end - start))) < LEAST_MOVEMENT:
         rest = np.zeros((1, len(start)))
@@ -204,17 +205,36 @@ def _check_arc(kept: Constraints) -> None:
 
 def _slow_enough(
     context: PlanningContext, request: MotionPlanRequest, validity: StateValidity,
-    motion: QuinticMotion,
+    budget: Budget, plan: Callable[[MotionPlanRequest], QuinticMotion],
 ) -> QuinticMotion:
-    """Return the motion slowed to the request's ``max_cartesian_speed``."""
+    """
+    Return a motion that keeps the request's ``max_cartesian_speed``.
+
+    It is planned with a lower profile, so that its points are :data:`SAMPLING_TIME` apart as
+    those of all commands: motions that are sampled alike can be blended.
+    """
+    motion = plan(request)
     limit = link_speed_limit(context.model, validity, request)
-    if limit is None or len(motion.times) < 2:
-        return motion
-    times = np.linspace(0.0, motion.duration, 8 * len(motion.times))
-    positions = motion.sample(times)
-    slopes = np.gradient(positions, times, axis=0)
-    factor = 1.01 / float(np.min(limit(positions, slopes)))
-    return motion.slowed(max(1.0, factor))
+    while limit is not None and len(motion.times) > 1:
+        times = np.linspace(0.0, motion.duration, 8 * len(motion.times))
+        positions = motion.sample(times)
+        slopes = np.gradient(positions, times, axis=0)
+        share = float(np.min(limit(positions, slopes)))
+        if share >= 1.0:
+            break
+        budget.check(request.planner_id)
+        factor = share / 1.01
+        velocity = request.max_velocity_scaling_factor * factor
+        if velocity <= _LEAST_SCALING:
+            raise PlanningError(
+                MoveItErrorCode.INVALID_MOTION_PLAN,
+                f'max_cartesian_speed is {request.max_cartesian_speed:g} m/s; PTP, LIN and CIRC '
+                'cannot be slowed to less than 0.0001 of the limits', PIPELINE)
+        request = replace(
+            request, max_velocity_scaling_factor=velocity,
+            max_acceleration_scaling_factor=request.max_acceleration_scaling_factor * factor**2)
+        motion = plan(request)
+    return motion
 
 
 _SOURCE = 'Pilz goal'

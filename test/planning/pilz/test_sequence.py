@@ -205,14 +205,34 @@ def test_a_blend_that_is_too_fast(bench: Any) -> None:
 
 def test_motions_of_different_sampling_times_are_not_blended(bench: Any) -> None:
     """
-    A blend needs motions with the same even sampling time: 99999 for others.
+    A blend needs motions with the same even sampling time: 99999 for those of OMPL.
 
     pilz, trajectory_functions.cpp, determineAndCheckSamplingTime.
     """
-    answer = bench.sequence(
-        line(bench, CORNERS[0], 0.05, max_cartesian_speed=0.01), line(bench, CORNERS[1]))
+    answer = bench.sequence(*(
+        line(bench, corner, radius, pipeline_id='ompl')
+        for corner, radius in zip(CORNERS[:2], (0.05, 0.0), strict=True)))
     assert answer.error_code == MoveItErrorCode.FAILURE
     assert 'the blend before motion 1: blending failed' in answer.message
+
+
+def test_a_blend_of_motions_with_a_limited_speed(bench: Any) -> None:
+    """
+    max_cartesian_speed, which upstream ignores, does not make a blend fail; both lines keep it.
+
+    pilz, trajectory_functions.cpp, determineAndCheckSamplingTime.
+    """
+    limit = 0.03
+    answer = bench.sequence(
+        line(bench, CORNERS[0], 0.04, max_cartesian_speed=limit),
+        line(bench, CORNERS[1], max_cartesian_speed=limit))
+    assert answer.error_code == MoveItErrorCode.SUCCESS, answer.message
+    (trajectory,) = answer.trajectories
+    tips = bench.tips(trajectory)
+    step = trajectory.duration / (len(tips) - 1)
+    outside = np.linalg.norm(tips[1:] - bench.moved(*CORNERS[0])[:3, 3], axis=1) > 0.045
+    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / step
+    assert speeds[outside].max() < 1.01 * limit
 
 
 def test_overlap_of_two_motions_is_allowed(bench: Any) -> None:
