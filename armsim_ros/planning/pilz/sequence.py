@@ -96,8 +96,8 @@ def plan_items(
 
     :param pipeline: plans all motions.
     :returns: the requests with their start states, and the answers.
-    :raises PlanningError: for radii and start states that are not allowed; FAILURE where a
-        motion has no plan.
+    :raises PlanningError: for radii and start states that are not allowed; PREEMPTED where a
+        motion is cancelled, FAILURE where it has no plan for another reason.
     """
     _check_radii(items)
     _check_start_states(items)
@@ -111,8 +111,9 @@ def plan_items(
                 request.start_state, reached, requests[0].start_state))
         answer = plan(request)
         if not answer.success:
+            cancelled = answer.error_code == MoveItErrorCode.PREEMPTED
             raise PlanningError(
-                MoveItErrorCode.FAILURE,
+                MoveItErrorCode.PREEMPTED if cancelled else MoveItErrorCode.FAILURE,
                 f'motion {number}: {answer.error_code.name}: {answer.message}', answer.source)
         if not answers:
             reached.update(answer.trajectory_start)

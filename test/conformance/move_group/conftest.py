@@ -102,16 +102,21 @@ def home(arm: Any) -> Any:
 
 
 @pytest.fixture
-def long_plan(arm: Any) -> Iterator[Any]:
-    """Have a plan made that takes all of its minute, round a wall; cancel it afterwards."""
+def long_search(arm: Any) -> Iterator[dict[str, Any]]:
+    """Give a goal round a wall, and the request's fields that make a plan last its minute."""
     set_planner(arm, 'RRTstar', anytime='true')
     assert arm.move(next(iter(arm.states))).code == 'SUCCESS'
     between = arm.pose(arm.near(0.4))
     wall = thing('wall', between.header.frame_id, [box(0.02, 0.02, 0.02)], pose=between.pose)
     assert arm.add(wall)
-    handle = arm.send_move(
-        arm.near(0.8), plan_only=True, planner_id='RRTstar', allowed_planning_time=60.0)
+    yield {'goal': arm.near(0.8), 'planner_id': 'RRTstar', 'allowed_planning_time': 60.0}
+    set_planner(arm, 'RRTstar', anytime='false')
+
+
+@pytest.fixture
+def long_plan(arm: Any, long_search: dict[str, Any]) -> Iterator[Any]:
+    """Have a plan made that takes all of its minute, round a wall; cancel it afterwards."""
+    handle = arm.send_move(plan_only=True, **long_search)
     yield handle
     arm.cancel(handle)
-    set_planner(arm, 'RRTstar', anytime='false')
     assert arm.ended(handle, timeout=20.0).status == CANCELED

@@ -235,6 +235,19 @@ def test_a_blend_of_motions_with_a_limited_speed(bench: Any) -> None:
     assert speeds[outside].max() < 1.01 * limit
 
 
+def test_a_cancelled_sequence_is_preempted(bench: Any) -> None:
+    """
+    A cancel while a motion is planned is PREEMPTED, not the code of a motion without a plan.
+
+    Upstream: move_group_sequence_action.cpp, preemptMoveCallback.
+    """
+    answer = bench.planner.plan_sequence(
+        (line(bench, CORNERS[0]), line(bench, CORNERS[1])), bench.scene.snapshot(),
+        clock=time.monotonic, cancelled=lambda: True)
+    assert answer.error_code == MoveItErrorCode.PREEMPTED
+    assert not answer.trajectories
+
+
 def test_overlap_of_two_motions_is_allowed(bench: Any) -> None:
     """
     Only radii between three motions or more can overlap.

@@ -76,12 +76,13 @@ async def plan_and_execute(
             fill_error(code, MoveItErrorCode.PREEMPTED, 'cancelled', 'planning')
             return
         made = await plan()
+        if goal.is_cancel_requested:
+            # Whatever planning has returned.
+            fill_error(code, MoveItErrorCode.PREEMPTED, 'cancelled before it moved', 'planning')
+            return
         if code.val in PLAN_AGAIN:
             continue
         if code.val != MoveItErrorCode.SUCCESS:
-            return
-        if goal.is_cancel_requested:
-            fill_error(code, MoveItErrorCode.PREEMPTED, 'cancelled before it moved', 'execution')
             return
         outcome = await execute(made)
         fill_error(code, outcome.code, outcome.message, 'execution')

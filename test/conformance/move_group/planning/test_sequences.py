@@ -244,3 +244,23 @@ def test_a_sequence_is_cancelled(arm: Any, action: Any, start: Any) -> None:
     wanted = request.items[1].req.goal_constraints[0].position_constraints[0]
     place = wanted.constraint_region.primitive_poses[0].position
     assert math.dist(xyz(arm.pose().pose.position), xyz(place)) > 0.02
+
+
+@pytest.mark.statement('IF-3', 'ACT-5')
+@pytest.mark.parametrize('plan_only', [False, True])
+def test_a_sequence_is_cancelled_while_it_is_planned(
+    arm: Any, action: Any, long_search: dict[str, Any], plan_only: bool
+) -> None:
+    """
+    CANCELED with PREEMPTED, long before its time is over.
+
+    Upstream: move_group_sequence_action.cpp, preemptMoveCallback; plan_execution.cpp,
+    planAndExecuteHelper. *Differs*: upstream does not cancel where it only plans.
+    """
+    request = arm.request(**long_search)
+    handle = send(arm, action, MotionSequenceRequest(items=[MotionSequenceItem(req=request)]),
+                  plan_only=plan_only)
+    arm.positions()
+    arm.cancel(handle)
+    ended = arm.ended(handle, timeout=20.0)
+    assert (ended.status, name_of(ended.result.response.error_code)) == (CANCELED, 'PREEMPTED')
