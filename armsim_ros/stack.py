@@ -339,7 +339,7 @@ class ArmSim:
         return MotionPlanner(
             self.scene,
             settings=settings_from_config(
-                settings.planning_parameters, settings.ompl, settings.kinematics))
+                settings.planning_parameters, settings.pipelines, settings.kinematics))
 
     @cached_property
     def _world_in_scene(self) -> WorldInScene:

@@ -15,7 +15,7 @@ from typing_extensions import Self
 from armsim_ros.config.base import parameter, read_settings, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.kinematics import JointLimitOverrides
-from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings, PlannerConfig
+from armsim_ros.config.ompl_planning import OmplGroup, PipelineSettings, PlannerConfig
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
     finite_triple,
@@ -159,7 +159,7 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
             'joint_limits', own.joint_limits, joint_limits=merge.joint_limits()),
         'kinematics': {group: solver for settings in merge.all
                        for group, solver in settings.kinematics.items()},
-        'ompl': merge.ompl(),
+        'pipelines': merge.pipelines(),
         'moveit_controllers': tuple({controller.name: controller for settings in merge.all
                                      for controller in settings.moveit_controllers}.values()),
         'trajectory_execution': merge.block(
@@ -202,7 +202,10 @@ class _Merge:
         owners = dict.fromkeys(values, 'the cell')
         for name, settings in self._robots.items():
             block = getattr(settings, section)
-            block = getattr(block, inside) if inside else block
+            if inside:
+                block = block.get(inside) if isinstance(block, dict) else getattr(block, inside)
+            if block is None:
+                continue
             for key in _given(block, apart):
                 value = getattr(block, key)
                 if owners.setdefault(key, f"robot '{name}'") == f"robot '{name}'":
@@ -274,23 +277,30 @@ class _Merge:
                               f'overridden by {rate} Hz, the rate of all controllers')
         return rate
 
-    def ompl(self) -> OmplSettings:
-        """Return the planners; those of the same name that differ get the name of their robot."""
-        configs: dict[str, PlannerConfig] = dict(self._own.ompl.planner_configs)
+    def pipelines(self) -> dict[str, PipelineSettings]:
+        """Return the planning pipelines of all robots."""
+        names = dict.fromkeys(name for settings in self.all for name in settings.pipelines)
+        return {name: self._pipeline(name) for name in names}
+
+    def _pipeline(self, pipeline: str) -> PipelineSettings:
+        """Return a pipeline; planners of a name that differ get the name of their robot."""
+        own = self._own.pipelines.get(pipeline, PipelineSettings())
+        configs: dict[str, PlannerConfig] = dict(own.planner_configs)
         groups: dict[str, OmplGroup] = {}
         for name, settings in self._robots.items():
+            each = settings.pipelines.get(pipeline, PipelineSettings())
             renamed = {}
-            for key, config in settings.ompl.planner_configs.items():
+            for key, config in each.planner_configs.items():
                 renamed[key] = key if configs.get(key, config) == config else f'{name}_{key}'
                 configs[renamed[key]] = config
-            for group, block in settings.ompl.groups.items():
+            for group, block in each.groups.items():
                 default = block.default_planner_config
                 groups[group] = block.model_copy(update={
                     'default_planner_config': renamed.get(default, default),
                     'planner_configs': tuple(
                         renamed.get(key, key) for key in block.planner_configs)})
-        return self.block('ompl', self._own.ompl, planner_configs=configs,
-                          groups={**groups, **self._own.ompl.groups})
+        return self.block('pipelines', own, inside=pipeline, planner_configs=configs,
+                          groups={**groups, **own.groups})
 
     def joint_state_topics(self) -> tuple[str, ...]:
         """Return where all robots' joint states come from."""

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 
 from armsim_ros.config.base import known_keys
 from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.pipeline_defaults import OMPL
 from armsim_ros.config.trajectory_execution import KEYS_BESIDE
 from armsim_ros.config.yaml_node import merge_nodes, node_of, split_keys, YamlNode
 from armsim_ros.errors import ignored, Location, Problem, Severity
 
 #: The blocks of the neutral form; each is a field of RobotSettings.
 SECTIONS = (
-    'controller_manager', 'controllers', 'spawn', 'joint_limits', 'kinematics', 'ompl',
+    'controller_manager', 'controllers', 'spawn', 'joint_limits', 'kinematics', 'pipelines',
     'moveit_controllers', 'trajectory_execution', 'planning_parameters', 'simulation', 'servo')
 
 
@@ -217,6 +218,10 @@ def _take_planning_pipelines(draft: ConfigDraft, key: str, node: YamlNode) -> No
         draft.add_entry('planning_parameters', 'default_planning_pipeline', default)
 
 
+def _take_of_ompl(draft: ConfigDraft, key: str, node: YamlNode) -> None:
+    draft.add_entry('pipelines', OMPL, empty_node(node.place).with_value({key: node}))
+
+
 def _take_gazebo_ros_control(draft: ConfigDraft, key: str, node: YamlNode) -> None:
     """Take Gazebo's servo gains, the ones that its hardware really reads."""
     gains = node.get('pid_gains')
@@ -261,8 +266,8 @@ def _plain(node: YamlNode, key: str) -> object:
 BLOCKS: Mapping[str, Take] = {
     **{key: _entry('trajectory_execution') for key in KEYS_BESIDE},
     **{key: _entry('planning_parameters') for key in known_keys(PlanningParameters)},
-    **{key: _entry('ompl') for key in
-       ('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed')},
+    **dict.fromkeys(('jiggle_fraction', 'start_state_max_bounds_error', 'planning_seed'),
+                    _take_of_ompl),
     'trajectory_execution': _whole('trajectory_execution'),
     'robot_description_kinematics': _whole('kinematics'),
     'robot_description_planning': _take_robot_description_planning,

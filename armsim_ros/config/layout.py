@@ -17,6 +17,7 @@ from armsim_ros.config.base import known_keys
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.draft import BLOCKS, ConfigDraft, empty_node, KEEP_KEYS, UNUSED_BLOCKS
 from armsim_ros.config.ompl_planning import OmplGroup
+from armsim_ros.config.pipeline_defaults import DEFAULT_PIPELINES, OMPL
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.config.yaml_node import is_ros2_file, merge_nodes, ROS2_KEY, split_keys, YamlNode
@@ -26,6 +27,8 @@ _CONTROLLER_KEYS = frozenset(
     {'type', 'joints', 'joint', 'gains', 'constraints', 'publish_rate', 'state_publish_rate',
      'action_monitor_rate', 'stop_trajectory_duration', 'goal_time',
      'stopped_velocity_tolerance', 'command_interfaces', 'state_interfaces'})
+#: Any of them makes a block a planning pipeline.
+PIPELINE_KEYS = frozenset({'planner_configs', 'planning_plugins', 'planning_plugin'})
 _ANY_NODE = '**'
 _ANY = ('**', '*')
 _SERVO_NODES = ('servo_node', 'servo_server', 'moveit_servo')
@@ -65,6 +68,9 @@ class LayoutReader:
             self._take_servo(root)
         elif 'objects' in root.entries and set(root.entries) <= _WORLD_KEYS:
             return  # a world; simulation.yaml chooses the world
+        elif PIPELINE_KEYS & set(root.entries):
+            name, ending, rest = stem.rpartition('_planning')
+            self.take_pipeline(root, name if ending and not rest else OMPL)
         else:
             self._read_block(root, '')
 
@@ -165,10 +171,8 @@ class LayoutReader:
 
     def _read_block(self, block: YamlNode, namespace: str) -> None:
         block = _split_known_heads(block)
-        entries = block.entries
-        if 'planner_configs' in entries or 'planning_plugins' in entries \
-                or 'planning_plugin' in entries:
-            self.take_pipeline(block)
+        if PIPELINE_KEYS & set(block.entries):
+            self.take_pipeline(block, OMPL)
             return
         for key, inner in self._without_strays(block).entries.items():
             take = BLOCKS.get(key)
@@ -190,8 +194,9 @@ class LayoutReader:
         elif _is_controller(node):
             self._draft.see_namespace(namespace, node.place)
             self._draft.add_entry('controllers', key, node)
-        elif 'planner_configs' in entries or 'planning_plugins' in entries:
-            self.take_pipeline(node)
+        elif PIPELINE_KEYS & set(entries) or key in DEFAULT_PIPELINES:
+            # MoveIt up to Humble has the only pipeline in the namespace of its node.
+            self.take_pipeline(node, OMPL if key == 'move_group' else key)
         elif any(inner.is_mapping or name in BLOCKS for name, inner in entries.items()):
             deeper = '/'.join(part for part in (namespace, key.strip('/')) if part)
             self._read_block(node, '' if key == 'move_group' else deeper)
@@ -199,8 +204,12 @@ class LayoutReader:
             return False
         return True
 
-    def take_pipeline(self, block: YamlNode) -> None:
-        """Take a planner's file: settings, planner_configs, and a block for each group."""
+    def take_pipeline(self, block: YamlNode, name: str) -> None:
+        """
+        Take a pipeline: settings, planner_configs, and a block for each group.
+
+        :param name: of the pipeline.
+        """
         own: dict[str, YamlNode] = {}
         groups: dict[str, YamlNode] = {}
         for key, inner in block.entries.items():
@@ -215,7 +224,7 @@ class LayoutReader:
                 own[key] = inner
         if groups:
             own['groups'] = empty_node(block.where).with_value(groups)
-        self._draft.add('ompl', block.with_value(own))
+        self._draft.add_entry('pipelines', name, block.with_value(own))
 
     def _remark_unused(self, key: str, node: YamlNode) -> None:
         reason = UNUSED_BLOCKS[key]

@@ -19,6 +19,7 @@ from armsim_ros.config.package_reading import (
     PackageRoles,
     start_positions,
 )
+from armsim_ros.config.pipeline_defaults import OMPL
 from armsim_ros.config.robot_folder import FileOptions, find_files, RobotFolder
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.sections import read_sections
@@ -167,6 +168,8 @@ def _apply_overrides(draft: ConfigDraft, overrides: Mapping[str, object]) -> Non
     for path, value in overrides.items():
         section, *keys = path.split('.')
         where = Location(f"override '{path}'")
+        if section == OMPL:
+            section, keys = 'pipelines', [OMPL, *keys]
         if section not in SECTIONS or not keys:
             draft.problems.append(Problem(
                 f"'{section}' is not a block of settings", where, ', '.join(SECTIONS),

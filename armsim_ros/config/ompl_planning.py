@@ -5,11 +5,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import Enum
 from typing import Any, Literal
 
 from pydantic import ConfigDict, field_validator, model_validator
 
 from armsim_ros.config.base import parameter, Settings
+from armsim_ros.config.pipeline_defaults import (
+    OMPL,
+    OMPL_PLUGIN,
+    PILZ,
+    PILZ_PLUGIN,
+    PILZ_RESPONSE_ADAPTERS,
+    REQUEST_ADAPTERS,
+    RESPONSE_ADAPTERS,
+)
+from armsim_ros.log import Log
 
 PlannerValue = bool | int | float | str
 
@@ -56,11 +67,21 @@ class OmplGroup(Settings):
             'enforce_joint_model_state_space', 'enforce_constrained_state_space'})
 
 
-class OmplSettings(Settings):
-    """A planning pipeline: adapters, planners, groups."""
+class Planner(Enum):
+    """A planner that there is here; the value is how it describes itself."""
+
+    OMPL = 'OMPL'
+    PILZ = 'Pilz Industrial Motion Planner'
+
+
+_PLANNERS = {OMPL_PLUGIN: Planner.OMPL, PILZ_PLUGIN: Planner.PILZ}
+
+
+class PipelineSettings(Settings):
+    """A planning pipeline: planner, adapters, planner configurations, groups."""
 
     planning_plugins: tuple[str, ...] = parameter(
-        ('ompl_interface/OMPLPlanner',), 'planner plugins; the built-in planner does their work')
+        (OMPL_PLUGIN,), 'planner plugin; it decides the planner, not the name')
     request_adapters: tuple[str, ...] | None = parameter(
         None, 'what happens before planning; none given: the usual ones')
     response_adapters: tuple[str, ...] | None = parameter(
@@ -90,6 +111,31 @@ class OmplSettings(Settings):
     planner_configs: dict[str, PlannerConfig] = parameter({}, 'name -> planner')
     groups: dict[str, OmplGroup] = parameter({}, 'planning group -> its planners')
 
+    @property
+    def planner(self) -> Planner | None:
+        """The planner of the only plugin; None where it is not available here."""
+        return _PLANNERS.get(self.planning_plugins[0]) if len(self.planning_plugins) == 1 else None
+
+    @property
+    def fault(self) -> str:
+        """Why it cannot plan here; '' where it can."""
+        if self.planner is not None:
+            return ''
+        plugins = ', '.join(self.planning_plugins) or 'empty'
+        return f"planning_plugins is {plugins}; known: {', '.join(_PLANNERS)}"
+
+    @property
+    def used_request_adapters(self) -> tuple[str, ...]:
+        """The adapters before planning."""
+        return REQUEST_ADAPTERS if self.request_adapters is None else self.request_adapters
+
+    @property
+    def used_response_adapters(self) -> tuple[str, ...]:
+        """The adapters after planning."""
+        if self.response_adapters is not None:
+            return self.response_adapters
+        return PILZ_RESPONSE_ADAPTERS if self.planner is Planner.PILZ else RESPONSE_ADAPTERS
+
     @field_validator('planning_plugins', 'request_adapters', 'response_adapters', mode='before')
     @classmethod
     def _one_text_or_list(cls, value: Any) -> Any:
@@ -102,6 +148,8 @@ RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
 #: Keys of a pipeline that others read -> why they have no effect here.
 UNUSED_PIPELINE_KEYS = {
     'capabilities': 'give it to move_group as a parameter, or at the top level',
+    'default_planner_config': 'a request of Pilz names its command',
+    'plan_request_params': 'MoveItPy reads it',
     'max_goal_samples': '',
     'max_goal_sampling_attempts': '',
     'max_state_sampling_attempts': '',
@@ -134,8 +182,9 @@ class PlanningParameters(Settings):
     default_object_padding: float = parameter(0.0, 'padding of world objects [m]', ge=0.0)
     default_attached_padding: float = parameter(0.0, 'padding of attached objects [m]', ge=0.0)
     planning_pipelines: tuple[str, ...] = parameter(
-        ('ompl', 'pilz_industrial_motion_planner'), 'names of the pipelines')
-    default_planning_pipeline: str = parameter('ompl', 'pipeline of a request that names none')
+        (OMPL, PILZ), 'names of the pipelines')
+    default_planning_pipeline: str = parameter(
+        '', 'pipeline of a request that names none; the first where this is not among them')
     capabilities: tuple[str, ...] = parameter((), 'capabilities to add')
     disable_capabilities: tuple[str, ...] = parameter((), 'capabilities to leave out')
     record_trajectory_state_frequency: float = parameter(
@@ -174,3 +223,31 @@ class PlanningParameters(Settings):
     @classmethod
     def _one_text_or_list(cls, value: Any) -> Any:
         return tuple(value.split()) if isinstance(value, str) else value
+
+
+def offered_pipelines(
+    parameters: PlanningParameters, pipelines: Mapping[str, PipelineSettings], log: Log
+) -> PlanningParameters:
+    """
+    Return parameters with the pipelines that can plan, and with a default that is among them.
+
+    :param pipelines: name -> settings; those that ``planning_pipelines`` lists are meant.
+    :param log: gets what is left out or replaced.
+    """
+    offered = []
+    for name in dict.fromkeys(parameters.planning_pipelines):
+        fault = pipelines.get(name, PipelineSettings(planning_plugins=())).fault
+        if fault:
+            log.warning(f"planning pipeline '{name}' is not offered: {fault}")
+        else:
+            offered.append(name)
+    default = parameters.default_planning_pipeline
+    if default not in offered:
+        first = next(iter(offered), '')
+        if default:
+            log.warning(
+                f"default_planning_pipeline '{default}' is not among the planning pipelines "
+                f"({', '.join(offered) or 'none'}); using '{first}'")
+        default = first
+    return parameters.model_copy(update={
+        'planning_pipelines': tuple(offered), 'default_planning_pipeline': default})

@@ -119,6 +119,11 @@ BY_NAME: Mapping[str, Role] = {
 _DEPRECATED_LIMITS = 'cartesian_limits.yaml'
 
 
+def pipeline_of(file: Path) -> str:
+    """Return the name of the planning pipeline that a file is of."""
+    return file.name.removesuffix(_PIPELINE)
+
+
 @dataclass
 class PackageFiles:
     """
@@ -196,7 +201,7 @@ class PackageFiles:
 
     def pipelines(self) -> dict[str, Path]:
         """Return planning pipeline -> its file."""
-        return {file.name.removesuffix(_PIPELINE): file for file in self.settings_files()
+        return {pipeline_of(file): file for file in self.settings_files()
                 if file.name.endswith(_PIPELINE)}
 
     def cartesian_limits(self) -> Path | None:

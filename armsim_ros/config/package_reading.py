@@ -5,15 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 import re
-from typing import Any
 
 from armsim_ros.config.controllers.controller_settings import BROADCASTER, TRAJECTORY
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
-from armsim_ros.config.package_files import PackageFiles, Role
+from armsim_ros.config.package_files import PackageFiles, pipeline_of, Role
+from armsim_ros.config.pipeline_defaults import default_pipeline, OMPL, planner_configs
 from armsim_ros.config.yaml_node import is_ros2_file, node_of, YamlNode
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, ignored, Location, Problem, ResourceError, Severity
@@ -88,8 +88,6 @@ def _controller(node: YamlNode) -> dict[str, object] | None:
             'state_interfaces': ['position', 'velocity']}
 
 
-#: Pipelines that move_group offers here; the others of a package are named in a line.
-OFFERED_PIPELINES = ('ompl', 'pilz_industrial_motion_planner')
 #: Read apart.
 _APART = (Role.SENSORS,)
 _NOT_READ = (Role.MOVEIT_CPP,)
@@ -101,12 +99,10 @@ class PackageRoles:
     What is read of a package.
 
     :param roles: file -> what it is to the stack, in reading order.
-    :param pipelines: planning pipeline -> its file.
     :param remarks: a line for each file that is not read.
     """
 
     roles: Mapping[Path, Role]
-    pipelines: Mapping[str, Path] = field(default_factory=dict)
     remarks: tuple[Problem, ...] = ()
 
     @property
@@ -140,12 +136,7 @@ class PackageRoles:
         apart = [file for file, role in roles.items() if role in _APART]
         for file in (*left_out, *apart):
             del roles[file]
-        pipelines = package.pipelines()
-        for name, file in pipelines.items():
-            if name in OFFERED_PIPELINES:
-                roles[file] = Role.PIPELINE
-            else:
-                left_out[file] = f"planning pipeline '{name}', which is not offered"
+        roles.update(dict.fromkeys(package.pipelines().values(), Role.PIPELINE))
         moveit = package.moveit_controllers()
         if moveit is not None:
             roles[moveit] = Role.MOVEIT_CONTROLLERS
@@ -156,56 +147,12 @@ class PackageRoles:
         remarks += [_left_out(file, 'is none of those that the stack reads by their name')
                     for file in package.settings_files()
                     if file not in roles and file not in left_out and file not in apart]
-        return cls(roles, pipelines, tuple(remarks))
+        return cls(roles, tuple(remarks))
 
 
 def _left_out(file: Path, what: str) -> Problem:
     return Problem(f'the file {what} and is not read', Location(str(file)),
                    severity=Severity.INFO)
-
-
-_REQUEST_ADAPTERS = tuple(f'default_planning_request_adapters/{name}' for name in (
-    'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-    'CheckStartStateCollision'))
-_RESPONSE_ADAPTERS = tuple(f'default_planning_response_adapters/{name}' for name in (
-    'AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath'))
-
-#: OMPL's planners that the usual templates configure.
-_PLANNERS = (
-    'SBL', 'EST', 'LBKPIECE', 'BKPIECE', 'KPIECE', 'RRT', 'RRTConnect', 'RRTstar', 'TRRT', 'PRM',
-    'PRMstar', 'FMT', 'BFMT', 'PDST', 'STRIDE', 'BiTRRT', 'LBTRRT', 'BiEST', 'ProjEST', 'LazyPRM',
-    'LazyPRMstar', 'SPARS', 'SPARStwo')
-
-#: The pipelines that there are without any file, in the order of their offer.
-DEFAULT_PIPELINES = ('ompl', 'pilz_industrial_motion_planner', 'chomp', 'stomp')
-
-
-def planner_configs() -> dict[str, dict[str, str]]:
-    """Return the planner configurations that OMPL's pipeline has without a file."""
-    return {'APSConfigDefault': {'type': 'geometric::AnytimePathShortening'},
-            **{f'{planner}kConfigDefault': {'type': f'geometric::{planner}'}
-               for planner in _PLANNERS}}
-
-
-def default_pipeline(name: str) -> dict[str, Any]:
-    """Return the parameters of a pipeline without a file; empty for an unknown pipeline."""
-    request, response = list(_REQUEST_ADAPTERS), list(_RESPONSE_ADAPTERS)
-    if name == 'ompl':
-        return {'planning_plugins': ['ompl_interface/OMPLPlanner'],
-                'request_adapters': request, 'response_adapters': response}
-    if name == 'pilz_industrial_motion_planner':
-        return {'planning_plugins': ['pilz_industrial_motion_planner/CommandPlanner'],
-                'default_planner_config': 'PTP', 'request_adapters': request,
-                'response_adapters': response[1:],
-                'capabilities': 'pilz_industrial_motion_planner/MoveGroupSequenceAction '
-                                'pilz_industrial_motion_planner/MoveGroupSequenceService'}
-    if name == 'chomp':
-        return {'planning_plugins': ['chomp_interface/CHOMPPlanner'],
-                'request_adapters': request, 'response_adapters': response}
-    if name == 'stomp':
-        return {'planning_plugins': ['stomp_moveit/StompPlanner'],
-                'request_adapters': request, 'response_adapters': response}
-    return {}
 
 
 _VAR = re.compile(r'\$\(var\s+([^)\s]+)\s*\)')
@@ -246,22 +193,16 @@ class PackageReader:
             except ConfigError as error:
                 self._draft.problems.extend(error.problems)
         self._add_ompl_defaults()
-        offered = [name for name in roles.pipelines if name in OFFERED_PIPELINES]
-        if offered:
-            names = (*offered, *(name for name in OFFERED_PIPELINES if name not in offered))
-            where = Location(str(roles.pipelines[offered[0]]))
-            if not self._draft.section('planning_parameters').get('planning_pipelines'):
-                self._draft.add_entry('planning_parameters', 'planning_pipelines',
-                                      node_of(names, where))
 
     def _add_ompl_defaults(self) -> None:
         """Add what MoveItConfigsBuilder takes where the package has no settings of OMPL."""
-        found = self._draft.section('ompl')
-        if not found.entries:
-            self._layout.take_pipeline(node_of(default_pipeline('ompl'), found.where))
-        if found.get('planner_configs') is None:
-            self._layout.take_pipeline(
-                node_of({'planner_configs': planner_configs()}, found.where))
+        found = self._draft.section('pipelines').get(OMPL)
+        where = self._draft.section('pipelines').where if found is None else found.where
+        if found is None:
+            self._layout.take_pipeline(node_of(default_pipeline(OMPL), where), OMPL)
+        if found is None or found.get('planner_configs') is None:
+            configs = node_of({'planner_configs': planner_configs()}, where)
+            self._layout.take_pipeline(configs, OMPL)
 
     def _read_file(self, file: Path, role: Role) -> YamlNode:
         def substitute(text: str) -> str:
@@ -293,8 +234,7 @@ class PackageReader:
 
     def _take(self, root: YamlNode, file: Path, role: Role) -> None:
         if role is Role.PIPELINE:
-            if file.name.startswith('ompl'):
-                self._layout.take_pipeline(root)
+            self._layout.take_pipeline(root, pipeline_of(file))
         elif is_ros2_file(root) or role in (
                 Role.MOVEIT_CONTROLLERS, Role.TRAJECTORY_EXECUTION, Role.ROS2_CONTROLLERS,
                 Role.SIMULATION):

@@ -17,7 +17,7 @@ from armsim_ros.config.controllers.broadcasters import (
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.kinematics import KinematicsSettings
-from armsim_ros.config.ompl_planning import OmplGroup, OmplSettings
+from armsim_ros.config.ompl_planning import OmplGroup, PipelineSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.trajectory_execution import MoveItControllerSettings
@@ -65,7 +65,8 @@ def prefixed_settings(settings: RobotSettings, prefix: str, namespace: str) -> R
         'joint_limits': limits.model_copy(update={'joint_limits': keys(limits.joint_limits)}),
         'kinematics': {name(group): _kinematics(solver, name)
                        for group, solver in settings.kinematics.items()},
-        'ompl': _ompl(settings.ompl, name),
+        'pipelines': {pipeline: _pipeline(block, name)
+                      for pipeline, block in settings.pipelines.items()},
         'moveit_controllers': tuple(
             _moveit_controller(controller, name, settings.namespace.strip('/'), namespace)
             for controller in settings.moveit_controllers),
@@ -128,7 +129,7 @@ def _kinematics(block: KinematicsSettings, name: Rename) -> KinematicsSettings:
         'weights': {name(joint): weight for joint, weight in block.weights.items()}})
 
 
-def _ompl(block: OmplSettings, name: Rename) -> OmplSettings:
+def _pipeline(block: PipelineSettings, name: Rename) -> PipelineSettings:
     groups = {name(group): _ompl_group(group_block, name)
               for group, group_block in block.groups.items()}
     return block.model_copy(update={'groups': groups})

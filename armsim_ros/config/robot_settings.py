@@ -12,7 +12,7 @@ from armsim_ros.config.base import parameter, Settings
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.kinematics import JointLimitsSettings, KinematicsSettings
-from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import PipelineSettings, PlanningParameters
 from armsim_ros.config.sensors_3d import OctomapSettings
 from armsim_ros.config.servo import ServoNodeSettings
 from armsim_ros.config.simulation import SimulationSettings
@@ -57,7 +57,7 @@ class RobotSettings(Settings):
     start: dict[str, float] = parameter({}, 'joint -> position at the start [rad or m]')
     joint_limits: JointLimitsSettings = JointLimitsSettings()
     kinematics: dict[str, KinematicsSettings] = parameter({}, 'planning group -> its solver')
-    ompl: OmplSettings = OmplSettings()
+    pipelines: dict[str, PipelineSettings] = parameter({}, 'planning pipeline -> its settings')
     moveit_controllers: tuple[MoveItControllerSettings, ...] = ()
     trajectory_execution: TrajectoryExecutionSettings = TrajectoryExecutionSettings()
     planning_parameters: PlanningParameters = PlanningParameters()

@@ -23,10 +23,17 @@ from armsim_ros.config.kinematics import (
     UNUSED_LIMIT_KEYS,
 )
 from armsim_ros.config.ompl_planning import (
-    OmplSettings,
+    PipelineSettings,
     PlanningParameters,
     RENAMED_PIPELINE_KEYS,
     UNUSED_PIPELINE_KEYS,
+)
+from armsim_ros.config.pipeline_defaults import (
+    default_pipeline,
+    DEFAULT_PIPELINES,
+    OMPL,
+    OMPL_PLUGIN,
+    PILZ,
 )
 from armsim_ros.config.servo import ServoNodeSettings, UNUSED_SERVO_KEYS
 from armsim_ros.config.simulation import SimulationSettings
@@ -82,6 +89,7 @@ def read_sections(draft: ConfigDraft) -> dict[str, Any]:
     controllers = _controllers(draft)
     spawn = _spawn(draft, controllers)
     moveit = _moveit_controllers(draft)
+    pipelines = _pipelines(draft)
     return {
         'simulation': simulation,
         'controllers': controllers,
@@ -89,14 +97,12 @@ def read_sections(draft: ConfigDraft) -> dict[str, Any]:
         'controller_manager': _controller_manager(draft, simulation, controllers),
         'joint_limits': _joint_limits(draft),
         'kinematics': _kinematics(draft),
-        'ompl': _ompl(draft),
+        'pipelines': pipelines,
         'moveit_controllers': moveit if not draft.published else _with_default(moveit, spawn),
         'trajectory_execution': _checked(
             draft, draft.section('trajectory_execution'), TrajectoryExecutionSettings,
             'trajectory_execution', UNUSED_EXECUTION_KEYS),
-        'planning_parameters': _checked(
-            draft, draft.section('planning_parameters'), PlanningParameters,
-            'planning_parameters'),
+        'planning_parameters': _planning_parameters(draft, pipelines),
         'servo': _servo(draft),
     }
 
@@ -323,11 +329,43 @@ def _with_weights(node: YamlNode) -> YamlNode:
     return rest.with_value({**rest.entries, 'weights': node.with_value(blocks)})
 
 
-def _ompl(draft: ConfigDraft) -> OmplSettings:
-    node = draft.section('ompl')
-    named = {RENAMED_PIPELINE_KEYS.get(key, key): inner for key, inner in node.entries.items()}
-    return _checked(draft, node.with_value(named), OmplSettings, 'planning pipeline',
-                    UNUSED_PIPELINE_KEYS)
+def _pipelines(draft: ConfigDraft) -> dict[str, PipelineSettings]:
+    """Return the pipelines that files describe, and those that there are without a file."""
+    given = draft.section('pipelines').entries
+    return {name: _pipeline(draft, name, given.get(name) or empty_node())
+            for name in dict.fromkeys((*given, *DEFAULT_PIPELINES))}
+
+
+def _pipeline(draft: ConfigDraft, name: str, node: YamlNode) -> PipelineSettings:
+    """Return a pipeline; of a planner that is not available here the plugin alone."""
+    entries = {RENAMED_PIPELINE_KEYS.get(key, key): inner for key, inner in node.entries.items()}
+    if 'planning_plugins' not in entries:
+        ours = {'planning_plugins': [OMPL_PLUGIN]} if 'planner_configs' in entries else {}
+        plugins = (default_pipeline(name) or ours).get('planning_plugins', [])
+        entries['planning_plugins'] = node_of(plugins, node.where)
+    plugin = node.with_value({'planning_plugins': entries['planning_plugins']})
+    title = f"planning pipeline '{name}'"
+    settings = read_settings(PipelineSettings, plugin, [], title=title)
+    if settings is None or settings.planner is not None:
+        return _checked(draft, node.with_value(entries), PipelineSettings, title,
+                        UNUSED_PIPELINE_KEYS)
+    if node.entries:
+        draft.problems.append(Problem(
+            f'{title} is not offered: {settings.fault}', node.place, severity=Severity.INFO))
+    return settings
+
+
+def _planning_parameters(
+    draft: ConfigDraft, pipelines: Mapping[str, PipelineSettings]
+) -> PlanningParameters:
+    """Return move_group's parameters; without a list, all pipelines that can plan are offered."""
+    node = draft.section('planning_parameters')
+    names = [name for name, each in pipelines.items() if each.planner is not None]
+    names.sort(key=lambda name: name != OMPL)  # the default, as MoveItConfigsBuilder has it
+    listed = node.get('planning_pipelines')
+    if (listed is None or not listed.plain()) and set(names) != {OMPL, PILZ}:
+        node = node.with_value({**node.entries, 'planning_pipelines': node_of(names, node.where)})
+    return _checked(draft, node, PlanningParameters, 'planning_parameters')
 
 
 def _servo(draft: ConfigDraft) -> ServoNodeSettings:

@@ -144,20 +144,24 @@ class _Check:
         groups = tuple(self._model.semantic.groups)
         named: list[tuple[str, tuple[str, ...]]] = [
             ('kinematics', ('kinematics', name)) for name in self._settings.kinematics]
-        named += [('planners', ('ompl', 'groups', name)) for name in self._settings.ompl.groups]
+        pipelines = self._settings.pipelines
+        named += [('planners', ('pipelines', pipeline, 'groups', name))
+                  for pipeline, each in pipelines.items() for name in each.groups]
         for title, path in named:
             if path[-1] not in groups:
                 self._add(f"{title}: planning group '{path[-1]}' is not in the SRDF",
                           self._settings.locate(*path), allowed=', '.join(groups),
                           remedy=nearest(path[-1], groups))
-        for name, group in self._settings.ompl.groups.items():
-            for config in (*group.planner_configs, group.default_planner_config):
-                known = tuple(self._settings.ompl.planner_configs)
-                if config and config not in known:
-                    self._add(f"planners of group '{name}': '{config}' is not in planner_configs",
-                              self._settings.locate('ompl', 'groups', name),
-                              allowed='' if nearest(config, known) else ', '.join(known),
-                              remedy=nearest(config, known))
+        for pipeline, each in pipelines.items():
+            known = tuple(each.planner_configs)
+            for name, group in each.groups.items():
+                for config in (*group.planner_configs, group.default_planner_config):
+                    if config and config not in known:
+                        self._add(
+                            f"planners of group '{name}': '{config}' is not in planner_configs",
+                            self._settings.locate('pipelines', pipeline, 'groups', name),
+                            allowed='' if nearest(config, known) else ', '.join(known),
+                            remedy=nearest(config, known))
 
     def coverage(self) -> None:
         """Warn of planning groups that no controllers can move, and where there are none."""

@@ -8,7 +8,6 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NotYetError
 from contextlib import contextmanager
-from dataclasses import replace
 import threading
 from typing import Any, TypeVar
 
@@ -32,7 +31,7 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
 )
 from armsim_ros.nodes.move_group.parameters import ControllerManagerNode, MoveGroupParameters
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob, PlanTopics
 from armsim_ros.nodes.move_group.program import make_context
 from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import GetPlanningScene
@@ -55,9 +54,6 @@ _Topic = PlanningSceneTopic | AttachedCollisionObjectTopic
 _STEP, _CANCEL_TIME = 0.1, 0.3
 #: Time for cancellations to reach controllers when the script ends [s].
 _END_TIME = 1.0
-#: What the planning plugins are called that there are.
-_PLUGINS = ('ompl_interface/', 'pilz_industrial_motion_planner/')
-_BUILT_IN = ('ompl', 'pilz_industrial_motion_planner')
 
 
 class MoveItCpp:
@@ -96,7 +92,6 @@ class MoveItCpp:
         for text in warnings:
             self.node.get_logger().warning(text)
         self.context = make_context(self.node, self._executor, cell)
-        self._use_known_pipelines()
         self._make_endpoints(provide_planning_service)
         self._thread = threading.Thread(target=self._spin, name='moveit_py', daemon=True)
         self._thread.start()
@@ -112,8 +107,8 @@ class MoveItCpp:
         self._kept: list[object] = [MoveGroupParameters(context)]
         self._manager = ControllerManagerNode(context)
         self._executor.add_node(self._manager.node)
-        display = DisplayPlannedPath(self.node, context.robot.name, context.settings.ompl)
-        self.job = PlanningJob(context, display)
+        display = DisplayPlannedPath(self.node, context.robot.name, context.pipelines)
+        self.job = PlanningJob(context, PlanTopics(context, display))
         self.execution = TrajectoryExecutionManager(context)
         self.octomap = OctomapMonitor(context, octomap_settings(context))
         self._kept += [
@@ -125,24 +120,6 @@ class MoveItCpp:
         self._followed: dict[type[_Topic], Subscription] = {}
         self.follow_scene(True)
         self.follow_state(True)
-
-    def _use_known_pipelines(self) -> None:
-        """Leave out pipelines that have no configuration, or a plugin that there is not."""
-        values, context = self.parameters, self.context
-        known: list[str] = []
-        for name in context.planning_parameters.planning_pipelines:
-            given = values.get(f'{name}.planning_plugins', values.get(f'{name}.planning_plugin'))
-            plugins = [given] if isinstance(given, str) else list(given or ())
-            described = name in _BUILT_IN or any(key.startswith(f'{name}.') for key in values)
-            if not described or not all(str(each).startswith(_PLUGINS) for each in plugins):
-                self.node.get_logger().warning(
-                    f"planning pipeline '{name}' is not available: "
-                    + (f"there is no plugin {', '.join(map(str, plugins))}" if plugins
-                       else f'no parameter {name}.* describes it'))
-                continue
-            known.append(name)
-        for planner in (context.planner, context.query_planner):
-            planner.settings = replace(planner.settings, pipelines=tuple(known))
 
     def follow_scene(self, follow: bool) -> None:
         """Have ``planning_scene`` change the scene, or not; in the node's thread."""

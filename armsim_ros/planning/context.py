@@ -11,7 +11,14 @@ import logging
 from typing import Any
 
 from armsim_ros.config.kinematics import KinematicsSettings
-from armsim_ros.config.ompl_planning import CartesianLimits, OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import (
+    CartesianLimits,
+    offered_pipelines,
+    PipelineSettings,
+    Planner,
+    PlanningParameters,
+)
+from armsim_ros.config.pipeline_defaults import OMPL, PILZ
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget, InverseKinematics
 from armsim_ros.kinematics.kinematic_model import KinematicModel
@@ -26,22 +33,45 @@ from armsim_ros.planning.scene.update import joined, StartState
 from armsim_ros.planning.search.planners import DEFAULT_PLANNER, PlannerTable
 from armsim_ros.planning.timing.limits import LimitTable
 
+_LOGGER = 'armsim_ros.planning'
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningPipeline:
+    """
+    A planner and its settings; what a user calls it decides nothing.
+
+    :param planner: plans the requests.
+    :param planners: the planner configurations.
+    :param start_state_max_bounds_error: a start may be this far [rad or m] beyond a limit.
+    :param request_adapters: names of the steps before planning that the user lists.
+    :param jiggle_fraction: share of the joints' ranges by which a colliding start may be moved.
+    :param max_sampling_attempts: tries to find such a start.
+    :param path_tolerance: largest deviation of a motion from its path's corners [rad or m].
+    """
+
+    planner: Planner = Planner.OMPL
+    planners: PlannerTable = field(default_factory=PlannerTable)
+    start_state_max_bounds_error: float = 0.0
+    request_adapters: frozenset[str] = frozenset()
+    jiggle_fraction: float = 0.02
+    max_sampling_attempts: int = 100
+    path_tolerance: float = 0.1
+
+
+def _default_pipelines() -> dict[str, PlanningPipeline]:
+    return {OMPL: PlanningPipeline(), PILZ: PlanningPipeline(Planner.PILZ)}
+
 
 @dataclass(frozen=True, slots=True)
 class PlanningSettings:
     """
     Settings of the motion planner.
 
-    :param planners: the content of ompl_planning.yaml.
-    :param pipelines: names of the planning pipelines.
+    :param pipelines: the planning pipelines by name.
     :param default_pipeline: used where a request names none.
     :param position_only_ik: groups whose inverse kinematics leaves orientations free.
     :param strict_start_state: a start state that is not a diff drops attached objects.
-    :param start_state_max_bounds_error: a start may be this far [rad or m] beyond a limit.
-    :param request_adapters: names of the steps before planning that the user lists.
-    :param jiggle_fraction: share of the joints' ranges by which a colliding start may be moved.
-    :param max_sampling_attempts: tries to find such a start.
-    :param path_tolerance: largest deviation of a motion from its path's corners [rad or m].
     :param seed: a number >= 0 makes every request repeatable.
     :param fine_step: largest motion [m] of any point of the robot between two checks of a
         result.
@@ -50,56 +80,73 @@ class PlanningSettings:
     :param ik_timeouts: group -> [s] for inverse kinematics where a request gives none.
     """
 
-    planners: PlannerTable = field(default_factory=PlannerTable)
-    pipelines: tuple[str, ...] = ('ompl', 'pilz_industrial_motion_planner')
-    default_pipeline: str = 'ompl'
+    pipelines: Mapping[str, PlanningPipeline] = field(default_factory=_default_pipelines)
+    default_pipeline: str = OMPL
     position_only_ik: frozenset[str] = frozenset()
     strict_start_state: bool = False
-    start_state_max_bounds_error: float = 0.0
-    request_adapters: frozenset[str] = frozenset()
-    jiggle_fraction: float = 0.02
-    max_sampling_attempts: int = 100
-    path_tolerance: float = 0.1
     seed: int = -1
     fine_step: float = FINE_STEP
     cartesian_limits: CartesianLimits = field(default_factory=CartesianLimits)
     solver_groups: frozenset[str] = frozenset()
     ik_timeouts: Mapping[str, float] = field(default_factory=dict)
 
+    def requested_pipeline(self, pipeline_id: str) -> PlanningPipeline:
+        """
+        Return the pipeline that a request names, '' for the default.
+
+        :raises PlanningError: FAILURE where there is none of that name.
+        """
+        name = pipeline_id or self.default_pipeline
+        if name not in self.pipelines:
+            known = tuple(self.pipelines)
+            raise PlanningError(
+                MoveItErrorCode.FAILURE,
+                f"planning pipeline '{name}' is not known; {nearest(name, known)} "
+                f'known: {", ".join(known)}', 'planning pipeline')
+        return self.pipelines[name]
+
 
 def settings_from_config(
-    parameters: PlanningParameters, pipeline: OmplSettings,
-    kinematics: Mapping[str, KinematicsSettings],
+    parameters: PlanningParameters, pipelines: Mapping[str, PipelineSettings],
+    kinematics: Mapping[str, KinematicsSettings], log: Log | None = None,
 ) -> PlanningSettings:
     """
     Return the settings that a user's files mean.
 
     :param parameters: of move_group.
-    :param pipeline: of the default pipeline.
+    :param pipelines: planning pipeline -> its settings.
     :param kinematics: planning group -> its block of kinematics.yaml.
+    :param log: hears of pipelines that are not available.
     """
+    parameters = offered_pipelines(parameters, pipelines, log or logging.getLogger(_LOGGER))
     timeouts = {name: each.kinematics_solver_timeout for name, each in kinematics.items()}
     return PlanningSettings(
-        planners=PlannerTable(_planner_configs(pipeline)),
-        pipelines=parameters.planning_pipelines,
+        pipelines={name: _pipeline(pipelines[name]) for name in parameters.planning_pipelines},
         default_pipeline=parameters.default_planning_pipeline,
         position_only_ik=frozenset(
             name for name, each in kinematics.items() if each.leaves_orientation_free),
-        start_state_max_bounds_error=pipeline.start_state_max_bounds_error,
         strict_start_state=parameters.strict_start_state,
         cartesian_limits=parameters.cartesian_limits,
-        request_adapters=frozenset(
-            adapter.rpartition('/')[2] for adapter in pipeline.request_adapters or ()),
-        jiggle_fraction=pipeline.jiggle_fraction,
-        max_sampling_attempts=pipeline.max_sampling_attempts,
-        path_tolerance=pipeline.path_tolerance,
-        seed=pipeline.planning_seed,
+        # One seed for all, as move_group's parameter.
+        seed=max((each.planning_seed for each in pipelines.values()), default=-1),
         solver_groups=frozenset(
             name for name, each in kinematics.items() if each.kinematics_solver),
         ik_timeouts=timeouts)
 
 
-def _planner_configs(pipeline: OmplSettings) -> dict[str, dict[str, Any]]:
+def _pipeline(settings: PipelineSettings) -> PlanningPipeline:
+    assert settings.planner is not None
+    return PlanningPipeline(
+        settings.planner, PlannerTable(_planner_configs(settings)),
+        start_state_max_bounds_error=settings.start_state_max_bounds_error,
+        request_adapters=frozenset(
+            adapter.rpartition('/')[2] for adapter in settings.request_adapters or ()),
+        jiggle_fraction=settings.jiggle_fraction,
+        max_sampling_attempts=settings.max_sampling_attempts,
+        path_tolerance=settings.path_tolerance)
+
+
+def _planner_configs(pipeline: PipelineSettings) -> dict[str, dict[str, Any]]:
     """Return the configurations ``group`` and ``group[config]`` of all groups with settings."""
     configs: dict[str, dict[str, Any]] = {}
     offered = pipeline.planner_configs
@@ -131,7 +178,7 @@ class PlanningContext:
     ) -> None:
         self.model: KinematicModel = scene.kinematic_model
         self.settings = settings or PlanningSettings()
-        self.log = log or logging.getLogger('armsim_ros.planning')
+        self.log = log or logging.getLogger(_LOGGER)
         self.limits = LimitTable(self.model.robot, self.log)
         self.checker = CollisionChecker(scene)
         self._inverse: dict[str, InverseKinematics] = {}

@@ -8,12 +8,12 @@ import math
 
 import numpy as np
 
-from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
+from armsim_ros.config.ompl_planning import Planner
+from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.log import DelayedLog
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.constraints import ConstraintSet, merged
-from armsim_ros.planning.context import PlanningContext
-from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
+from armsim_ros.planning.context import PlanningContext, PlanningPipeline
 from armsim_ros.planning.pilz.commands import run_command
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -34,22 +34,25 @@ _DEFAULT_TIME = 1.0
 
 
 def run_pipeline(
-    context: PlanningContext, request: MotionPlanRequest, present: PlanningScene,
-    scene: PlanningScene, budget: Budget,
+    context: PlanningContext, pipeline: PlanningPipeline, request: MotionPlanRequest,
+    present: PlanningScene, scene: PlanningScene, budget: Budget,
 ) -> tuple[JointTrajectory, float]:
     """
     Run every stage in order; each raises PlanningError where it cannot go on.
 
+    :param pipeline: the pipeline of the request.
     :param present: the monitored scene.
     :param scene: what to plan in, of the request alone; its state is the start.
     :param budget: ends at the request's allowed planning time.
     :returns: the trajectory, and its path's length [rad or m].
     """
     group = request.group_name
-    if _pipeline(context, request) == PILZ:
+    _check_trajectory_constraints(context, pipeline, request)
+    if 'CheckForStackedConstraints' in pipeline.request_adapters:
+        _warn_of_stacked(context, request)
+    if pipeline.planner is Planner.PILZ:
         return run_command(context, request, present, scene, budget)
     _check_group(context, group)
-    _warn_of_stacked(context, request)
     seed = request.seed if request.seed >= 0 else context.settings.seed
     rng = np.random.default_rng(seed if seed >= 0 else None)
     if seed >= 0:
@@ -59,7 +62,7 @@ def run_pipeline(
     validity = context.validity(scene, group, on_path)
     start = context.model.extract(scene.q, group)
     limits = context.limits.requested(validity.joint_names, request)
-    repairs = StartRepairs(context, request, limits, rng, budget)
+    repairs = StartRepairs(context, pipeline, request, limits, rng, budget)
     first = repairs.run(scene, validity, start)
     if first.duration:
         start = first.positions[-1]
@@ -74,11 +77,11 @@ def run_pipeline(
         return first.trajectory(validity.joint_names), 0.0
 
     speed_limit = link_speed_limit(context.model, validity, request)
-    planner = context.settings.planners.choose(request.planner_id, group, context.log)
+    planner = pipeline.planners.choose(request.planner_id, group, context.log)
     problem = SearchProblem(
         validity, start, tuple(states), planner, rng, budget, context.log,
         context.settings.fine_step, _attempts(context, request),
-        context.settings.path_tolerance, lambda: sampler.turned(goals, states))
+        pipeline.path_tolerance, lambda: sampler.turned(goals, states))
     path, motion = find_motion(problem, limits, speed_limit)
     return first.then(motion).trajectory(validity.joint_names), path_length(path)
 
@@ -109,9 +112,7 @@ def _goal_sets(
 
 
 def _warn_of_stacked(context: PlanningContext, request: MotionPlanRequest) -> None:
-    """Warn of several constraints of a kind, where CheckForStackedConstraints is listed."""
-    if 'CheckForStackedConstraints' not in context.settings.request_adapters:
-        return
+    """Warn of several constraints of a kind."""
     path, goals = request.path_constraints, request.goal_constraints
     for kind, parts in (('path', (path,)), ('goal', goals)):
         if any(len(part.position_constraints) > 1 or len(part.orientation_constraints) > 1
@@ -129,21 +130,15 @@ def _check_group(context: PlanningContext, name: str) -> None:
             f"planning group '{name}' has no joint that can be moved", _SOURCE)
 
 
-def _pipeline(context: PlanningContext, request: MotionPlanRequest) -> str:
-    """Return the pipeline's name; refuse unknown ones, and parts that no planner here uses."""
-    wanted = request.pipeline_id or context.settings.default_pipeline
-    if wanted not in context.settings.pipelines:
-        known = context.settings.pipelines
-        raise PlanningError(
-            MoveItErrorCode.FAILURE,
-            f"planning pipeline '{wanted}' is not known; {nearest(wanted, known)} "
-            f'known: {", ".join(known)}', _SOURCE)
+def _check_trajectory_constraints(
+    context: PlanningContext, pipeline: PlanningPipeline, request: MotionPlanRequest
+) -> None:
+    """Refuse what no planner here uses, or warn of it where upstream plans without it."""
     if request.has_trajectory_constraints:
         reason = 'trajectory_constraints are not supported; use path_constraints'
-        if wanted == PILZ:
+        if pipeline.planner is Planner.PILZ:
             raise PlanningError(MoveItErrorCode.PLANNING_FAILED, reason, _SOURCE)
         context.log.warning(f'{reason}: planning without them')
-    return wanted
 
 
 def planning_time(context: PlanningContext, request: MotionPlanRequest) -> float:

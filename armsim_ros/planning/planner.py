@@ -114,12 +114,13 @@ class MotionPlanner:
             seconds = planning_time(context, request)
             budget = Budget(clock, began + seconds, cancelled)
             try:
-                started = requested_scene(context, request, scene)
+                pipeline = context.settings.requested_pipeline(request.pipeline_id)
+                started = requested_scene(context, pipeline, request, scene)
                 positions = context.model.positions(started.q)
                 refused = started.refused
                 with context.polled(lambda: budget.check('planning pipeline')):
                     trajectory, length = run_pipeline(
-                        context, request, scene, started, budget)
+                        context, pipeline, request, scene, started, budget)
             except PlanningError as error:
                 source = error.source or 'planning pipeline'
                 self._report(source, error)

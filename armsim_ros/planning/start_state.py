@@ -14,7 +14,7 @@ from armsim_ros.log import Log
 from armsim_ros.planning.budget import Budget
 from armsim_ros.planning.collision.state_validity import StateValidity
 from armsim_ros.planning.constraints import ConstraintSet
-from armsim_ros.planning.context import PlanningContext
+from armsim_ros.planning.context import PlanningContext, PlanningPipeline
 from armsim_ros.planning.pilz.joint_sampling import point_to_point
 from armsim_ros.planning.request import MotionPlanRequest
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -32,20 +32,21 @@ ROUNDING = 1e-5
 
 
 def requested_scene(
-    context: PlanningContext, request: MotionPlanRequest, scene: PlanningScene
+    context: PlanningContext, pipeline: PlanningPipeline, request: MotionPlanRequest,
+    scene: PlanningScene,
 ) -> PlanningScene:
     """
     Return a scene of a request's own with its start state, the group's joints in their limits.
 
+    :param pipeline: the pipeline of the request.
     :raises PlanningError: INVALID_ROBOT_STATE; START_STATE_INVALID with the joint, its value and
         its limits.
     """
-    settings = context.settings
     started = context.started(scene, request.start_state)
     group = scene.robot.semantic.groups.get(request.group_name)
     joints = scene.robot.active_joints if group is None else group.active_joints
     started.set_state(_bounded_start(
-        started, joints, settings.start_state_max_bounds_error, context.log))
+        started, joints, pipeline.start_state_max_bounds_error, context.log))
     return started
 
 
@@ -106,14 +107,16 @@ class StartRepairs:
     only where the user names them in ``request_adapters``.
 
     :param context: what the user set, and the solvers.
+    :param pipeline: with the adapters that are named.
     :param request: the motion that is to begin.
     :param limits: of the group's joints, scaled.
     """
 
     def __init__(
-        self, context: PlanningContext, request: MotionPlanRequest, limits: MotionLimits,
-        rng: np.random.Generator, budget: Budget,
+        self, context: PlanningContext, pipeline: PlanningPipeline, request: MotionPlanRequest,
+        limits: MotionLimits, rng: np.random.Generator, budget: Budget,
     ) -> None:
+        self._pipeline = pipeline
         self._context, self._request, self._limits, self._rng = context, request, limits, rng
         self._budget = budget
 
@@ -126,7 +129,7 @@ class StartRepairs:
         :param start: (m,) the group's values.
         """
         motion = QuinticMotion.at_rest(start)
-        wanted = self._context.settings.request_adapters
+        wanted = self._pipeline.request_adapters
         if COLLISION in wanted and validity.collides(start):
             free = self._jiggled(validity, start)
             if free is not None:
@@ -138,7 +141,7 @@ class StartRepairs:
 
     def _jiggled(self, validity: StateValidity, start: Vector) -> Vector | None:
         """Return a free state near a colliding state, None where sampling finds none."""
-        settings, log = self._context.settings, self._context.log
+        settings, log = self._pipeline, self._context.log
         low = np.where(np.isfinite(validity.lower), validity.lower, start - np.pi)
         high = np.where(np.isfinite(validity.upper), validity.upper, start + np.pi)
         reach = settings.jiggle_fraction * (high - low)

@@ -88,13 +88,13 @@ MOVE_GROUP, SIMULATION = 'move_group.yaml', 'simulation_from_ros1.yaml'
 SAME_IN_BOTH: Mapping[str, Any] = {
     'joint_limits': JointLimitsSettings,
     'kinematics': dict[str, KinematicsSettings],
-    'ompl': None,
+    'pipelines': None,
     'servo': ServoNodeSettings,
     'simulation': None,
     'spawn': None,
 }
 _FILE_OF = {'joint_limits': 'joint_limits.yaml', 'kinematics': 'kinematics.yaml',
-            'ompl': MOVE_GROUP, 'planning_parameters': MOVE_GROUP, 'simulation': SIMULATION}
+            'pipelines': MOVE_GROUP, 'planning_parameters': MOVE_GROUP, 'simulation': SIMULATION}
 _MANAGER = 'moveit_simple_controller_manager'
 
 
@@ -190,9 +190,14 @@ class Ros2Files:
         if record.key and record.node.is_mapping:
             kind: Any = SAME_IN_BOTH.get(record.section)
             edits = real_number_edits(kind, record.node) if kind else {}
-            lines += [*_indented(file.text.remarks_above(record.node), indent),
-                      f"{' ' * indent}{record.key}:",
-                      *self._lines(file, record, indent + 2, edits)]
+            remarks = file.text.remarks_above(record.node)
+            head = f"{' ' * indent}{record.key}:"
+            block = self._lines(file, record, indent + 2, edits)
+            if head in lines:  # a pipeline of two files
+                first = lines.index(head) + 1
+                lines[first:first] = [*_indented(remarks, indent + 2), *block]
+            else:
+                lines += [*_indented(remarks, indent), head, *block]
         elif record.key:
             lines += _indented(_dumped({record.key: record.node.plain()}), indent)
         else:

@@ -24,7 +24,7 @@ def planner_of(robot: str, log: Log | None = None) -> tuple[MotionPlanner, Plann
     """Return a planner that is ready, with the settings of a robot's files, and its scene."""
     settings, scene = load_robot_settings(robot), PlanningScene(kinematics_of(robot))
     planner = MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics), log=log)
+        settings.planning_parameters, settings.pipelines, settings.kinematics), log=log)
     planner.prepare()
     return planner, scene
 

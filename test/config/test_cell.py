@@ -98,7 +98,8 @@ def test_planners_and_start_are_renamed_too(files):
     files.write('simulation.yaml', 'initial_state: manipulator/scan_food\n'
                 'initial_positions: {joint_1: 0.1}\nservo: {gains: {joint_3: {p: 5}}}')
     arm = prefixed_settings(files.load(), 'a_', 'a')
-    assert arm.ompl.groups['a_manipulator'].projection_evaluator == 'joints(a_joint_1,a_joint_2)'
+    group = arm.pipelines['ompl'].groups['a_manipulator']
+    assert group.projection_evaluator == 'joints(a_joint_1,a_joint_2)'
     assert arm.trajectory_execution.allowed_start_tolerance_joints == {'a_joint_2': 0.2}
     assert arm.simulation.initial_state == 'a_manipulator/scan_food'
     assert arm.simulation.initial_positions == {'a_joint_1': 0.1}
@@ -229,11 +230,11 @@ def test_planners_of_one_name_that_differ(merge, files):
                   'geometric::RRTConnect\n    range: 0.7')
     other = prefixed_settings(files.load(), 'b_', 'b')
     whole, _ = merge({'a': named('sunday', 'a'), 'b': other})
-    assert whole.ompl.planner_configs['RRTConnect'].parameters['range'] == 0.0
-    assert whole.ompl.planner_configs['b_RRTConnect'].parameters['range'] == 0.7
-    assert 'RRTConnect' in whole.ompl.groups['a_manipulator'].planner_configs
-    assert 'b_RRTConnect' in whole.ompl.groups['b_manipulator'].planner_configs
-    assert whole.ompl.groups['b_manipulator'].default_planner_config == 'b_RRTConnect'
+    assert whole.pipelines['ompl'].planner_configs['RRTConnect'].parameters['range'] == 0.0
+    assert whole.pipelines['ompl'].planner_configs['b_RRTConnect'].parameters['range'] == 0.7
+    assert 'RRTConnect' in whole.pipelines['ompl'].groups['a_manipulator'].planner_configs
+    assert 'b_RRTConnect' in whole.pipelines['ompl'].groups['b_manipulator'].planner_configs
+    assert whole.pipelines['ompl'].groups['b_manipulator'].default_planner_config == 'b_RRTConnect'
 
 
 def test_default_gains_of_a_robot_stay_its_own(merge, files):

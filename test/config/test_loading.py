@@ -23,8 +23,8 @@ def test_the_sunday_robot():
     assert settings.moveit_controllers[0].action_name == (
         'sunday/arm_joint_controller/follow_joint_trajectory')
     assert settings.kinematics['manipulator'].kinematics_solver_timeout == 0.005
-    assert settings.ompl.groups['manipulator'].longest_valid_segment_fraction == 0.005
-    assert settings.ompl.planner_configs['RRTConnect'].type == 'geometric::RRTConnect'
+    assert settings.pipelines['ompl'].groups['manipulator'].longest_valid_segment_fraction == 0.005
+    assert settings.pipelines['ompl'].planner_configs['RRTConnect'].type == 'geometric::RRTConnect'
     assert settings.trajectory_execution.allowed_execution_duration_scaling == 1.2
     assert settings.joint_limits.joint_limits['joint_3'].velocity == 3.14
     assert settings.joint_limits.joint_limits['joint_3'].acceleration == 5.0
@@ -187,6 +187,12 @@ def test_overrides_win_over_files(files):
     assert settings.simulation.paused is True
     assert settings.trajectory_execution.allowed_start_tolerance == 0.05
     assert settings.controller('arm_joint_controller').parameters.constraints.goal_time == 2.0
+
+
+@pytest.mark.parametrize('path', ['ompl.planning_seed', 'pipelines.ompl.planning_seed'])
+def test_overrides_of_ompl(files, path):
+    """Its settings have the name that its parameters have, or are those of any pipeline."""
+    assert files.load(overrides={path: 7}).pipelines['ompl'].planning_seed == 7
 
 
 @pytest.mark.parametrize(('path', 'value', 'message'), [

@@ -119,12 +119,12 @@ def test_an_srdf_is_never_the_robot(small_package):
 def test_alternatives_are_named_and_not_read(small_package):
     """Files that are not called as the stack reads them get a line each and are left alone."""
     for name in ('hard_joint_limits.yaml', 'bio_ik_kinematics.yaml', 'small_servo.yaml',
-                 'cameras.yaml', 'chomp_planning.yaml'):
+                 'cameras.yaml'):
         small_package.write(f'config/{name}', 'a: {b: 1}\n')
     files = found(small_package)
     assert {file.name for file in files.yaml_files} == {
         'moveit_controllers.yaml', 'ros2_controllers.yaml'}
-    assert len(said(files, Severity.INFO)) == 5
+    assert len(said(files, Severity.INFO)) == 4
     assert not said(files, Severity.WARNING)
 
 

@@ -4,6 +4,7 @@
 
 import pytest
 
+from armsim_ros.config.ompl_planning import Planner
 from armsim_ros.errors import Severity
 from armsim_ros.kinematics.planning_limits import planning_robot
 from armsim_ros.model.cell_loading import survey_cell
@@ -256,9 +257,29 @@ def test_a_pipeline_of_the_package_replaces_the_default(small_package):
         'arm: {planner_configs: [Mine]}\n'))
     small_package.write('config/stomp_planning.yaml', 'stomp_moveit: {num_timesteps: 60}\n')
     found = survey(small_package)
-    assert set(found.settings.ompl.planner_configs) == {'Mine'}
+    assert set(found.settings.pipelines['ompl'].planner_configs) == {'Mine'}
     assert found.settings.planning_parameters.planning_pipelines[0] == 'ompl'
     assert any("pipeline 'stomp'" in text for text in said(found, Severity.INFO))
+
+
+def test_pipelines_have_the_names_of_their_files(small_package):
+    """
+    A file makes a pipeline of any name; its plugin, not its name, is its planner.
+
+    moveit_configs_utils' MoveItConfigsBuilder: planning_pipelines.
+    """
+    small_package.write(
+        'config/pilz_planning.yaml',
+        'planning_plugins: [pilz_industrial_motion_planner/CommandPlanner]\n')
+    small_package.write('config/fast_planning.yaml', (
+        'planning_plugins: [ompl_interface/OMPLPlanner]\n'
+        'planner_configs: {Mine: {type: geometric::RRT, range: 1}}\n'))
+    settings = survey(small_package).settings
+    assert settings.pipelines['pilz'].planner is Planner.PILZ
+    assert settings.pipelines['fast'].planner is Planner.OMPL
+    assert set(settings.pipelines['fast'].planner_configs) == {'Mine'}
+    assert settings.planning_parameters.planning_pipelines == (
+        'ompl', 'fast', 'pilz', 'pilz_industrial_motion_planner')
 
 
 MESH = '<collision><geometry><mesh filename="package://lost/meshes/{}.stl"/></geometry></collision>'
@@ -330,7 +351,7 @@ def test_planners_without_a_file_are_those_of_the_builder(small_package):
     moveit_configs_utils' MoveItConfigsBuilder: planning_pipelines.
     """
     launched = MoveItParameters(small_package.folder).planning_pipelines()['ompl']
-    ompl = survey(small_package).settings.ompl
+    ompl = survey(small_package).settings.pipelines['ompl']
     assert {name: one.type for name, one in ompl.planner_configs.items()} == {
         name: one['type'] for name, one in launched['planner_configs'].items()}
     assert list(ompl.request_adapters) == launched['request_adapters']

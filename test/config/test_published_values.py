@@ -53,8 +53,8 @@ def test_a_planner_without_a_type_leaves_the_others(settings_of):
         'planning_plugins: [ompl_interface/OMPLPlanner]\n'
         'planner_configs:\n  Typed: {type: geometric::RRT}\n  Odd: {range: 0.1}\n'
         'arm: {planner_configs: [Typed], default_planner_config: Typed}\n'))
-    assert set(settings.ompl.planner_configs) == {'Typed'}
-    assert settings.ompl.groups['arm'].default_planner_config == 'Typed'
+    assert set(settings.pipelines['ompl'].planner_configs) == {'Typed'}
+    assert settings.pipelines['ompl'].groups['arm'].default_planner_config == 'Typed'
 
 
 def test_a_list_with_a_wrong_item_has_its_default(settings_of):
@@ -62,7 +62,7 @@ def test_a_list_with_a_wrong_item_has_its_default(settings_of):
     settings, _ = settings_of('ompl_planning.yaml', (
         'planning_plugins: [ompl_interface/OMPLPlanner]\n'
         'arm: {planner_configs: [RRT, 2], default_planner_config: RRT}\n'))
-    group = settings.ompl.groups['arm']
+    group = settings.pipelines['ompl'].groups['arm']
     assert (group.planner_configs, group.default_planner_config) == ((), 'RRT')
 
 

@@ -10,7 +10,7 @@ from six_axis_requests import joint_goal, LEFT, request, RIGHT, SIX, WALL
 from trajectory_judge import between, judge, poses
 
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.context import PlanningSettings
+from armsim_ros.planning.context import PlanningPipeline, PlanningSettings
 from armsim_ros.planning.request import Constraints
 from armsim_ros.planning.scene.update import SceneUpdate
 from armsim_ros.planning.search.planners import PlannerTable
@@ -57,8 +57,8 @@ def test_around_a_wall(wall, plan_for, clock, seed):
 ])
 def test_planners_of_all_types(wall, plan_for, clock, planner, seconds):
     """OMP-1: each of them finds a way round a wall."""
-    settings = PlanningSettings(
-        planners=PlannerTable({'arm': {'type': f'geometric::{planner}'}}))
+    settings = PlanningSettings({'ompl': PlanningPipeline(
+        planners=PlannerTable({'arm': {'type': f'geometric::{planner}'}}))})
     response = plan_for(wall, settings).plan(
         request(joint_goal(RIGHT), allowed_planning_time=seconds), wall, clock=clock)
     assert response.success, response.message

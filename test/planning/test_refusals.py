@@ -14,7 +14,7 @@ from small_arms import two_six_axis_arms
 
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.planning.context import PlanningSettings
+from armsim_ros.planning.context import PlanningPipeline, PlanningSettings
 from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import (
     Constraints,
@@ -78,7 +78,8 @@ def test_stacked_constraints_are_warned_about(
     kept = Constraints(orientation_constraints=(
         OrientationConstraint('tool', (0.0, 0.0, 0.0, 1.0), (4.0,) * 3, 'base'),) * 2)
     goal = replace(joint_goal(RIGHT), orientation_constraints=kept.orientation_constraints)
-    settings = PlanningSettings(request_adapters=frozenset(adapters))
+    settings = PlanningSettings(
+        {'ompl': PlanningPipeline(request_adapters=frozenset(adapters))})
     assert plan_for(six_scene, settings).plan(request(goal), six_scene, clock=clock).success
     assert ('goal constraints have more than one' in log.recorder.text()) is warned
 
@@ -159,7 +160,7 @@ def test_the_scene_is_not_changed(wall, plan_for, clock):
 
 def test_start_a_little_beyond_a_limit(six_scene, plan_for, clock, log):
     """SEED-10: ``start_state_max_bounds_error`` lets a start be moved back to the limit."""
-    settings = PlanningSettings(start_state_max_bounds_error=0.05)
+    settings = PlanningSettings({'ompl': PlanningPipeline(start_state_max_bounds_error=0.05)})
     response = plan_for(six_scene, settings).plan(
         request(joint_goal(RIGHT), (2.93, *LEFT[1:])), six_scene, clock=clock)
     assert response.success

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import PipelineSettings, PlanningParameters
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.kinematics.kinematic_model import KinematicModel
 from armsim_ros.kinematics.planning_limits import planning_robot
@@ -50,8 +50,8 @@ def scene(model: KinematicModel) -> PlanningScene:
 def planner(scene: PlanningScene, *adapters: str) -> MotionPlanner:
     """Return a planner with these request adapters."""
     settings = settings_from_config(
-        PlanningParameters(), OmplSettings(request_adapters=adapters, planning_seed=3), {}
-    )
+        PlanningParameters(planning_pipelines=('ompl',)),
+        {'ompl': PipelineSettings(request_adapters=adapters, planning_seed=3)}, {})
     return MotionPlanner(scene, settings=settings)
 
 

@@ -49,7 +49,7 @@ def scene(model):
 def planner(scene, settings, log):
     """Return a planner with the settings of the robot's files."""
     return MotionPlanner(scene, settings=settings_from_config(
-        settings.planning_parameters, settings.ompl, settings.kinematics), log=log)
+        settings.planning_parameters, settings.pipelines, settings.kinematics), log=log)
 
 
 @pytest.fixture

@@ -130,6 +130,16 @@ def test_planners_are_those_of_ompl_unless_the_file_names_a_plugin(user, tmp_pat
     assert written.count('ompl_interface/OMPLPlanner') == 1
 
 
+def test_settings_of_a_pipeline_in_several_places(user, tmp_path):
+    """They come together in its block, with their comments."""
+    (user / 'more.yaml').write_text(
+        '# repeatable\nplanning_seed: 7\n# far\njiggle_fraction: 0.1\n')
+    migrate(str(user), tmp_path / 'out')
+    found = load_robot_settings(str(tmp_path / 'out')).pipelines['ompl']
+    assert (found.planning_seed, found.jiggle_fraction) == (7, 0.1)
+    assert {'# repeatable', '# far'} <= set(comments(tmp_path / 'out'))
+
+
 def test_ros2_files_are_taken_as_they_are(user, tmp_path):
     """A second migration changes nothing."""
     first, second = tmp_path / 'first', tmp_path / 'second'

@@ -14,7 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from armsim_ros.config.package_files import PackageFiles
-from armsim_ros.config.package_reading import default_pipeline, DEFAULT_PIPELINES, planner_configs
+from armsim_ros.config.pipeline_defaults import (
+    default_pipeline,
+    DEFAULT_PIPELINES,
+    planner_configs,
+)
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import ConfigError, Location, Problem, ResourceError
 from armsim_ros.model.description.xacro_text import read_description

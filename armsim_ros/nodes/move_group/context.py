@@ -18,7 +18,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from armsim_ros.config.ompl_planning import PlanningParameters
+from armsim_ros.config.ompl_planning import PipelineSettings, PlanningParameters
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.trajectory_execution import TrajectoryExecutionSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
@@ -89,6 +89,16 @@ class Context:
     def frame(self) -> str:
         """The model frame."""
         return self.robot.model_frame
+
+    @property
+    def pipelines(self) -> dict[str, PipelineSettings]:
+        """The planning pipelines that are offered."""
+        return {name: self.settings.pipelines[name]
+                for name in self.planning_parameters.planning_pipelines}
+
+    def pipeline_of(self, pipeline_id: str) -> str:
+        """Return the name of the pipeline for a request: the default where it names none."""
+        return pipeline_id or self.planning_parameters.default_planning_pipeline
 
     async def present_scene(self) -> PlanningScene:
         """Return a snapshot with all edits that came before, and the newest robot state."""

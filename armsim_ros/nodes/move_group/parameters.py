@@ -15,8 +15,13 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from armsim_ros.config.base import parameter, Settings
-from armsim_ros.config.ompl_planning import PlanningParameters
-from armsim_ros.config.package_reading import default_pipeline
+from armsim_ros.config.ompl_planning import (
+    offered_pipelines,
+    PipelineSettings,
+    Planner,
+    PlanningParameters,
+)
+from armsim_ros.config.pipeline_defaults import default_pipeline, PILZ
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.trajectory_execution import (
     KEYS_BESIDE,
@@ -28,7 +33,6 @@ from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.parameters import parameters_by_prefix, reason, SettingsParameters
 from armsim_ros.nodes.polling_node import GuardedNode
-from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
 
 _EXECUTION = 'trajectory_execution.'
 #: Read at the start.
@@ -127,12 +131,16 @@ _PUBLISHED = (
     'publish_planning_scene', 'publish_geometry_updates', 'publish_state_updates',
     'publish_transforms_updates')
 _PIPELINE_NAMES = 'planning_pipelines.pipeline_names'
+_DEFAULT_PIPELINE = 'default_planning_pipeline'
 _DESCRIPTIONS = ('robot_description', 'robot_description_semantic')
 
 
 def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParameters:
     """
     Return the values of the robot's files, overridden by those of ``--ros-args``.
+
+    A default pipeline that is not available is replaced, in the node's parameter too: clients
+    read it.
 
     :raises ConfigError: a value from ``--ros-args`` is wrong.
     """
@@ -153,9 +161,14 @@ def planning_parameters(node: Node, settings: RobotSettings) -> PlanningParamete
     if node.has_parameter(_PIPELINE_NAMES):
         values['planning_pipelines'] = node.get_parameter(_PIPELINE_NAMES).value
     try:
-        return PlanningParameters(**values)
+        found = PlanningParameters(**values)
     except ValidationError as error:
         raise ConfigError(Problem(f'parameter of move_group: {reason(error)}')) from None
+    found = offered_pipelines(found, settings.pipelines, node.get_logger())
+    if node.has_parameter(_DEFAULT_PIPELINE):
+        node.set_parameters([Parameter(
+            _DEFAULT_PIPELINE, value=found.default_planning_pipeline)])
+    return found
 
 
 def declare_fixed(
@@ -196,7 +209,7 @@ def _values(
     yield from _flat(_CARTESIAN_LIMITS, planning.cartesian_limits.model_dump())
     yield from _robot(settings)
     for pipeline in planning.planning_pipelines:
-        yield from _pipeline(settings, pipeline)
+        yield from _flat(pipeline, _pipeline(settings.pipelines[pipeline]))
     execution = settings.trajectory_execution
     yield from ((name, getattr(execution, name)) for name in sorted(KEYS_BESIDE))
     yield from controller_parameters(settings)
@@ -229,31 +242,31 @@ def _robot(settings: RobotSettings) -> Iterator[tuple[str, Any]]:
         yield from _flat(f'robot_description_kinematics.{group}', block | block.pop('weights'))
 
 
-def _pipeline(settings: RobotSettings, pipeline: str) -> Iterator[tuple[str, Any]]:
-    ompl = settings.ompl
-    values = {
-        'progress_topic': ompl.progress_topic,
-        'display_path_topic': 'display_planned_path',
-        'display_contacts_topic': ompl.display_contacts_topic,
-        'fix_start_state': ompl.fix_start_state,
-        'default_workspace_bounds': ompl.default_workspace_bounds,
-        'start_state_max_bounds_error': ompl.start_state_max_bounds_error,
-        'jiggle_fraction': ompl.jiggle_fraction,
-        'totg.path_tolerance': ompl.path_tolerance,
-        'totg.resample_dt': ompl.resample_dt,
-        'totg.min_angle_change': ompl.min_angle_change,
-        **default_pipeline(pipeline),
+def _pipeline(settings: PipelineSettings) -> dict[str, Any]:
+    """Return the parameters in the namespace of a pipeline."""
+    common = {
+        'planning_plugins': settings.planning_plugins,
+        'request_adapters': settings.used_request_adapters,
+        'response_adapters': settings.used_response_adapters,
+        'progress_topic': settings.progress_topic,
+        'display_path_topic': settings.display_path_topic,
+        'display_contacts_topic': settings.display_contacts_topic,
+        'fix_start_state': settings.fix_start_state,
+        'default_workspace_bounds': settings.default_workspace_bounds,
+        'start_state_max_bounds_error': settings.start_state_max_bounds_error,
+        'jiggle_fraction': settings.jiggle_fraction,
+        'totg.path_tolerance': settings.path_tolerance,
+        'totg.resample_dt': settings.resample_dt,
+        'totg.min_angle_change': settings.min_angle_change,
     }
-    if pipeline != PILZ:
-        given = ompl.model_dump(
-            include={'planning_plugins', 'request_adapters', 'response_adapters',
-                     'display_path_topic'}, exclude_none=True)
-        planners = {
-            name: {'type': config.type, **config.parameters}
-            for name, config in ompl.planner_configs.items()}
-        groups = {group: each.model_dump() for group, each in ompl.groups.items()}
-        values = {**values, **given, 'planner_configs': planners, **groups}
-    yield from _flat(pipeline, values)
+    if settings.planner is Planner.PILZ:
+        defaults = default_pipeline(PILZ)
+        return {**common, **{key: defaults[key] for key in (
+            'default_planner_config', 'capabilities')}}
+    planners = {name: {'type': config.type, **config.parameters}
+                for name, config in settings.planner_configs.items()}
+    groups = {group: each.model_dump() for group, each in settings.groups.items()}
+    return {**common, 'planner_configs': planners, **groups}
 
 
 def _flat(prefix: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

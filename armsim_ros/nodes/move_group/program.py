@@ -39,7 +39,7 @@ from armsim_ros.nodes.move_group.parameters import (
 )
 from armsim_ros.nodes.move_group.planning.move_actions import SequenceJob
 from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
-from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob
+from armsim_ros.nodes.move_group.planning.planning_job import PlanningJob, PlanTopics
 from armsim_ros.nodes.move_group.scene.joint_states import StateMonitor
 from armsim_ros.nodes.move_group.scene.octomap_monitor import octomap_settings, OctomapMonitor
 from armsim_ros.nodes.move_group.scene.scene_services import MapFiles
@@ -188,7 +188,7 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
     topics = parameters.joint_state_topics or (
         settings.joint_states_topic,
         node.resolve_topic_name(DEFAULT_JOINT_STATES))
-    planning = settings_from_config(parameters, settings.ompl, settings.kinematics)
+    planning = settings_from_config(parameters, settings.pipelines, settings.kinematics)
     planner, query_planner = (
         MotionPlanner(scene, settings=planning, log=node.get_logger()) for _ in range(2))
     context = Context(
@@ -209,8 +209,8 @@ def make_context(node: PollingNode, executor: Executor, cell: Cell) -> Context:
 
 def endpoints(context: Context) -> tuple[object, ...]:
     """Create every endpoint; they live as long as the tuple does."""
-    display = DisplayPlannedPath(context.node, context.robot.name, context.settings.ompl)
-    job = PlanningJob(context, display)
+    display = DisplayPlannedPath(context.node, context.robot.name, context.pipelines)
+    job = PlanningJob(context, PlanTopics(context, display))
     execution = TrajectoryExecutionManager(context)
     octomap = OctomapMonitor(context, octomap_settings(context))
     parts = Parts(context, job, execution, display, SequenceJob(context, job, display), octomap)

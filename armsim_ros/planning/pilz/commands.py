@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from armsim_ros.arrays import Matrix, Vector
+from armsim_ros.config.pipeline_defaults import PILZ
 from armsim_ros.errors import MoveItErrorCode, nearest, PlanningError
 from armsim_ros.kinematics.inverse import IKOptions, IKTarget
 from armsim_ros.model.transforms import matrix_from_quat_xyzw, pose_from_parts
@@ -42,7 +43,6 @@ from armsim_ros.planning.timing.path_timing import first_fault
 from armsim_ros.quintic_motion import QuinticMotion
 from armsim_ros.trajectory import JointTrajectory
 
-PIPELINE = 'pilz_industrial_motion_planner'
 COMMANDS = ('CIRC', 'LIN', 'PTP')
 
 LEAST_MOVEMENT = 0.001
@@ -86,7 +86,7 @@ def run_command(
         raise PlanningError(
             MoveItErrorCode.INVALID_MOTION_PLAN,
             f'{command} does not plan around obstacles: {fault}; give another goal, or plan with '
-            "pipeline 'ompl'", 'ValidateSolution', fault.contacts)
+            'an OMPL pipeline', 'ValidateSolution', fault.contacts)
     return motion.trajectory(validity.joint_names), path_length(motion.positions)
 
 
@@ -94,16 +94,16 @@ def _check_context(context: PlanningContext, request: MotionPlanRequest) -> None
     """Refuse requests for which there is no command, or no group with a solver."""
     group, fault = request.group_name, ''
     if request.planner_id not in COMMANDS:
-        fault = (f"planner_id '{request.planner_id}' is not a command of {PIPELINE}; "
+        fault = (f"planner_id '{request.planner_id}' is not a command of {PILZ}; "
                  f'{nearest(request.planner_id, COMMANDS)} known: {", ".join(COMMANDS)}')
     elif group not in context.model.robot.semantic.groups:
         known = context.model.robot.semantic.groups
         fault = f"planning group '{group}' is not known; known: {', '.join(known) or 'none'}"
     elif context.solver_tip(group) is None:
-        fault = (f"group '{group}' has no kinematics solver, which {PIPELINE} needs; only chains "
+        fault = (f"group '{group}' has no kinematics solver, which {PILZ} needs; only chains "
                  'with a kinematics_solver in kinematics.yaml have a solver')
     if fault:
-        raise PlanningError(MoveItErrorCode.PLANNING_FAILED, fault, PIPELINE)
+        raise PlanningError(MoveItErrorCode.PLANNING_FAILED, fault, PILZ)
 
 
 def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None:
@@ -114,7 +114,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'{name} is {value:g}; PTP, LIN and CIRC take a number above 0.0001, up to 1',
-                PIPELINE)
+                PILZ)
     start = request.start_state
     names = context.model.robot.semantic.groups[request.group_name].active_joints
     for name, velocity in zip(start.joint_names, start.velocities, strict=False):
@@ -122,7 +122,7 @@ def _check_request(context: PlanningContext, request: MotionPlanRequest) -> None
             raise PlanningError(
                 MoveItErrorCode.INVALID_ROBOT_STATE,
                 f"joint '{name}' has the velocity {velocity:g} in the start state; PTP, LIN and "
-                'CIRC start at rest', PIPELINE)
+                'CIRC start at rest', PILZ)
 
 
 def _point_to_point(
@@ -229,7 +229,7 @@ def _slow_enough(
             raise PlanningError(
                 MoveItErrorCode.INVALID_MOTION_PLAN,
                 f'max_cartesian_speed is {request.max_cartesian_speed:g} m/s; PTP, LIN and CIRC '
-                'cannot be slowed to less than 0.0001 of the limits', PIPELINE)
+                'cannot be slowed to less than 0.0001 of the limits', PILZ)
         request = replace(
             request, max_velocity_scaling_factor=velocity,
             max_acceleration_scaling_factor=request.max_acceleration_scaling_factor * factor**2)

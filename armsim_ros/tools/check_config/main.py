@@ -25,7 +25,7 @@ from armsim_ros.cli.arguments import (
 from armsim_ros.config.cell import CellSettings
 from armsim_ros.config.controllers.controller_settings import PARAMETERS, ROS1_TYPES
 from armsim_ros.config.kinematics import JointLimitsSettings, KinematicsSettings
-from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import PipelineSettings
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.config.trajectory_execution import (
@@ -289,7 +289,7 @@ def write_schemas(folder: Path) -> list[Path]:
 
 def _planners() -> dict[str, Any]:
     """Return the schema of planner_configs and, beside it, a block per planning group."""
-    schema = _of(OmplSettings)
+    schema = _of(PipelineSettings)
     config = schema['$defs']['PlannerConfig']
     del config['properties']['parameters']  # each is a key of its own
     config['additionalProperties'] = {'type': ['boolean', 'number', 'string']}

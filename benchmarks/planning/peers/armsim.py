@@ -37,7 +37,7 @@ class Planner:
             planning_robot(load_robot_model(settings), settings.joint_limits))
         self.scene = PlanningScene(self.model)
         self.planner = MotionPlanner(self.scene, settings=settings_from_config(
-            settings.planning_parameters, settings.ompl, settings.kinematics))
+            settings.planning_parameters, settings.pipelines, settings.kinematics))
         self.planner.prepare()
 
     def prepare(self, problem: dict[str, Any]) -> None:

@@ -5,14 +5,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+import time
 from typing import Any
 
 import numpy as np
 import pytest
 
+from armsim_ros.config.ompl_planning import PipelineSettings, PlanningParameters
+from armsim_ros.config.pipeline_defaults import PILZ_PLUGIN
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.model.geometry import Box
 from armsim_ros.model.transforms import pose_from_parts, pose_matrix
+from armsim_ros.planning.context import settings_from_config
+from armsim_ros.planning.planner import MotionPlanner
 from armsim_ros.planning.request import Constraints, JointConstraint
 from armsim_ros.planning.scene.objects import CollisionObject, ObjectShape
 
@@ -324,6 +329,24 @@ def test_obstacles_are_not_avoided_but_seen(bench: Any) -> None:
     assert "'post'" in answer.message
     assert answer.source == 'ValidateSolution'
     assert any('post' in (each.body1, each.body2) for each in answer.contacts)
+
+
+def test_the_plugin_of_a_pipeline_makes_it_run_commands(bench: Any) -> None:
+    """
+    A pipeline of Pilz's plugin runs its commands under any name.
+
+    Upstream: planning_pipeline.cpp, configure; prbt_moveit_config, demo.launch.py.
+    """
+    planner = MotionPlanner(bench.scene, settings=settings_from_config(
+        PlanningParameters(planning_pipelines=('pilz', 'ompl')),
+        {'pilz': PipelineSettings(planning_plugins=(PILZ_PLUGIN,)), 'ompl': PipelineSettings()},
+        {}))
+    goal = bench.at(bench.moved(0.0, 0.15, 0.1))
+    answer = planner.plan(
+        bench.request('LIN', goal, pipeline_id='pilz'), bench.scene.snapshot(),
+        clock=time.monotonic)
+    assert np.array_equal(
+        answer.trajectory.positions, bench.run('LIN', goal).trajectory.positions)
 
 
 def test_max_cartesian_speed_slows_a_command(bench: Any) -> None:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from armsim_ros.config.pipeline_defaults import PILZ
 from armsim_ros.errors import MoveItErrorCode
-from armsim_ros.planning.pilz.commands import PIPELINE
 from armsim_ros.planning.pilz.sequence import SequenceItem
 from armsim_ros.planning.request import Constraints, MotionPlanRequest
 from armsim_ros.planning.scene.update import StartState
@@ -21,7 +21,7 @@ def ptp(side: str, first: float, radius: float = 0.0, **options: Any) -> Sequenc
     """Return a PTP of an arm's first joint [rad]."""
     goal = Constraints.of_joints({f'{side}_axis1': first})
     return SequenceItem(MotionPlanRequest(
-        side, (goal,), pipeline_id=PIPELINE, planner_id='PTP', **options), radius)
+        side, (goal,), pipeline_id=PILZ, planner_id='PTP', **options), radius)
 
 
 def planned(planner: Any, scene: Any, *items: SequenceItem) -> Any:
@@ -84,7 +84,7 @@ def test_group_without_solver_has_no_command(pair_scene: Any, plan_for: Any) -> 
     """
     goal = Constraints.of_joints({'left_axis1': 0.5})
     item = SequenceItem(MotionPlanRequest(
-        'both', (goal,), pipeline_id=PIPELINE, planner_id='PTP'))
+        'both', (goal,), pipeline_id=PILZ, planner_id='PTP'))
     answer = planned(plan_for(pair_scene), pair_scene, item)
     assert answer.error_code == MoveItErrorCode.FAILURE
     assert 'PLANNING_FAILED' in answer.message

@@ -4,7 +4,7 @@
 
 import pytest
 
-from armsim_ros.config.ompl_planning import OmplSettings, PlanningParameters
+from armsim_ros.config.ompl_planning import PipelineSettings, PlanningParameters
 from armsim_ros.errors import PlanningError
 from armsim_ros.planning.context import settings_from_config
 from armsim_ros.planning.search.planners import PLANNER_TYPES, PlannerTable
@@ -94,15 +94,37 @@ def test_configurations_of_groups():
 
     Upstream: ompl_interface.cpp, loadPlannerConfigurations.
     """
-    pipeline = OmplSettings(
+    pipeline = PipelineSettings(
         planner_configs={'fast': {'type': 'geometric::RRT', 'goal_bias': 0.1},
                          'star': {'type': 'geometric::RRTstar'}},
         groups={'arm': {'default_planner_config': 'star', 'planner_configs': ('fast', 'lost'),
                         'longest_valid_segment_fraction': 0.01},
                 'hand': {'default_planner_config': 'lost'}})
-    table = settings_from_config(PlanningParameters(), pipeline, {}).planners
+    parameters = PlanningParameters(planning_pipelines=('ompl',))
+    table = settings_from_config(parameters, {'ompl': pipeline}, {}).pipelines['ompl'].planners
     fraction = {'longest_valid_segment_fraction': 0.01}
     assert table.configs == {
         'arm': {'type': 'geometric::RRTstar', **fraction},
         'arm[fast]': {'type': 'geometric::RRT', 'goal_bias': 0.1, **fraction},
         'hand': {'type': 'geometric::RRTConnect'}}
+
+
+def test_pipelines_of_ompl_have_their_own_configurations():
+    """
+    Each pipeline reads the settings in its own namespace.
+
+    Upstream: planning_pipeline.cpp, configure; ompl_interface.cpp, loadPlannerConfigurations.
+    """
+    def pipeline(planner, fraction):
+        return PipelineSettings(
+            planner_configs={'mine': {'type': f'geometric::{planner}'}},
+            groups={'arm': {'default_planner_config': 'mine',
+                            'longest_valid_segment_fraction': fraction}})
+
+    names = ('quick', 'thorough')
+    settings = settings_from_config(
+        PlanningParameters(planning_pipelines=names),
+        {'quick': pipeline('RRTConnect', 0.05), 'thorough': pipeline('RRTstar', 0.005)}, {})
+    assert [settings.pipelines[name].planners.configs['arm'] for name in names] == [
+        {'type': 'geometric::RRTConnect', 'longest_valid_segment_fraction': 0.05},
+        {'type': 'geometric::RRTstar', 'longest_valid_segment_fraction': 0.005}]

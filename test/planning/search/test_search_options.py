@@ -7,7 +7,7 @@ import itertools
 import pytest
 from six_axis_requests import joint_goal, request, RIGHT
 
-from armsim_ros.planning.context import PlanningSettings
+from armsim_ros.planning.context import PlanningPipeline, PlanningSettings
 from armsim_ros.planning.search import path_search
 from armsim_ros.planning.search.planners import PlannerTable
 
@@ -16,8 +16,8 @@ from armsim_ros.planning.search.planners import PlannerTable
 def planned(wall, plan_for, clock):
     """Return a function that plans around the wall with an RRTConnect of some settings."""
     def plan(cancelled=lambda: False, time=1.0, **parameters):
-        settings = PlanningSettings(planners=PlannerTable(
-            {'arm': {'type': 'geometric::RRTConnect', **parameters}}))
+        settings = PlanningSettings({'ompl': PlanningPipeline(planners=PlannerTable(
+            {'arm': {'type': 'geometric::RRTConnect', **parameters}}))})
         return plan_for(wall, settings).plan(
             request(joint_goal(RIGHT), allowed_planning_time=time), wall, clock=clock,
             cancelled=cancelled)
@@ -108,7 +108,7 @@ def test_path_tolerance_bounds_the_way_round_corners(wall, plan_for, clock, tole
         seen.append(options['max_deviation'])
         return timed(*parts, **options)
 
-    settings = PlanningSettings(path_tolerance=tolerance)
+    settings = PlanningSettings({'ompl': PlanningPipeline(path_tolerance=tolerance)})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(path_search, 'time_waypoints', spy)
         answer = plan_for(wall, settings).plan(request(joint_goal(RIGHT)), wall, clock=clock)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from moveit_msgs.msg import (
@@ -19,38 +19,17 @@ from moveit_msgs.srv import QueryPlannerInterfaces as Service
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
-from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import PipelineSettings, Planner
 from armsim_ros.nodes.conversions.motion_plan_request import display_trajectory_message
 from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.planning.collision.contacts import Contact
+from armsim_ros.planning.context import PlanningPipeline
 from armsim_ros.planning.pilz.commands import COMMANDS
-from armsim_ros.planning.pilz.commands import PIPELINE as PILZ
-from armsim_ros.planning.search.planners import PlannerTable
-
-#: The adapters of MoveIt's own configuration, which count where the user lists none.
-REQUEST_ADAPTERS = (
-    'ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
-    'CheckStartStateCollision')
-RESPONSE_ADAPTERS = ('AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath')
-PILZ_RESPONSE_ADAPTERS = RESPONSE_ADAPTERS[1:]
 
 
-def request_adapters(settings: OmplSettings, pipeline: str) -> tuple[str, ...]:
-    """Return what a request passes before the planner, without the packages' names."""
-    listed = None if pipeline == PILZ else settings.request_adapters
-    return REQUEST_ADAPTERS if listed is None else tuple(map(_short, listed))
-
-
-def response_adapters(settings: OmplSettings, pipeline: str) -> tuple[str, ...]:
-    """Return what a plan passes after the planner, without the packages' names."""
-    if pipeline == PILZ:
-        return PILZ_RESPONSE_ADAPTERS
-    listed = settings.response_adapters
-    return RESPONSE_ADAPTERS if listed is None else tuple(map(_short, listed))
-
-
-def _short(adapter: str) -> str:
-    return adapter.rpartition('/')[2]
+def without_package(adapters: Sequence[str]) -> tuple[str, ...]:
+    """Return the adapters' own names."""
+    return tuple(adapter.rpartition('/')[2] for adapter in adapters)
 
 
 class PlannerParams:
@@ -58,8 +37,6 @@ class PlannerParams:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        #: Kept for clients; its commands have no parameters.
-        self._pilz = PlannerTable()
         context.serve(GetPlannerParams, 'get_planner_params', self._get)
         context.serve(SetPlannerParams, 'set_planner_params', self._set)
 
@@ -70,7 +47,7 @@ class PlannerParams:
         pipeline = request.pipeline_id or settings.default_pipeline
         if pipeline not in settings.pipelines:
             return
-        configs, config = self._planners(pipeline).configs, request.planner_config
+        configs, config = settings.pipelines[pipeline].planners.configs, request.planner_config
         merged = dict(configs.get(config, {}))
         if request.group:
             merged = {**configs.get(config_name(request.group, config), {}), **merged}
@@ -91,21 +68,16 @@ class PlannerParams:
                 f'set_planner_params: {len(keys)} keys and {len(values)} values; nothing changed')
         else:
             name = config_name(request.group, request.planner_config)
-            planners = self._planners(pipeline)
-            configs = dict(planners.configs)
+            old_pipeline = settings.pipelines[pipeline]
+            configs = dict(old_pipeline.planners.configs)
             old = {} if request.replace else dict(configs.get(name, {}))
             if 'type' in configs.get(name, {}):
                 old['type'] = configs[name]['type']
             configs[name] = {**old, **dict(zip(keys, values, strict=False))}
-            planners = replace(planners, configs=configs)
-            if pipeline == PILZ:
-                self._pilz = planners
-            else:
-                context.planner.settings = replace(settings, planners=planners)
-
-    def _planners(self, pipeline: str) -> PlannerTable:
-        """Return the configurations of a pipeline."""
-        return self._pilz if pipeline == PILZ else self._context.planner.settings.planners
+            changed = replace(
+                old_pipeline, planners=replace(old_pipeline.planners, configs=configs))
+            context.planner.settings = replace(
+                settings, pipelines={**settings.pipelines, pipeline: changed})
 
 
 def _text(value: object) -> str:
@@ -116,9 +88,6 @@ def _text(value: object) -> str:
 def config_name(group: str, config: str) -> str:
     """Return the name of a configuration for a group."""
     return f'{group}[{config}]' if group else config
-
-
-NAMES = {'ompl': 'OMPL', PILZ: 'Pilz Industrial Motion Planner'}
 
 
 class QueryPlannerInterface:
@@ -133,11 +102,15 @@ class QueryPlannerInterface:
         groups = tuple(self._context.robot.semantic.groups)
         response.planner_interfaces = [
             PlannerInterfaceDescription(
-                name=NAMES.get(pipeline, pipeline),
-                pipeline_id=pipeline,
-                planner_ids=list(
-                    COMMANDS if pipeline == PILZ else settings.planners.planner_ids(groups)))
-            for pipeline in settings.pipelines]
+                name=pipeline.planner.value, pipeline_id=name,
+                planner_ids=list(_planner_ids(pipeline, groups)))
+            for name, pipeline in settings.pipelines.items()]
+
+
+def _planner_ids(pipeline: PlanningPipeline, groups: Sequence[str]) -> Sequence[str]:
+    if pipeline.planner is Planner.PILZ:
+        return COMMANDS
+    return pipeline.planners.planner_ids(groups)
 
 
 #: Contacts of a state that are shown, the diameter of a marker [m], its lifetime in RViz [s].
@@ -192,14 +165,16 @@ class DisplayPlannedPath:
     topic ``<pipeline>.display_path_topic``; compute_cartesian_path always does.
 
     :param model_id: the robot's name.
-    :param settings: of the pipelines.
+    :param pipelines: planning pipeline -> its settings.
     """
 
-    def __init__(self, node: Node, model_id: str, settings: OmplSettings) -> None:
-        self._model_id, self._settings = model_id, settings
+    def __init__(
+        self, node: Node, model_id: str, pipelines: Mapping[str, PipelineSettings]
+    ) -> None:
+        self._model_id, self._pipelines = model_id, pipelines
         self._publishers = {
             topic: node.create_publisher(DisplayTrajectory, topic, 10)
-            for topic in {TOPIC, settings.display_path_topic}}
+            for topic in {TOPIC, *(each.display_path_topic for each in pipelines.values())}}
 
     def publish(self, start: RobotState, trajectory: RobotTrajectory, topic: str = TOPIC) -> None:
         """Publish a trajectory and the state that it begins in."""
@@ -208,6 +183,6 @@ class DisplayPlannedPath:
 
     def publish_plan(self, pipeline: str, start: RobotState, trajectory: RobotTrajectory) -> None:
         """Publish what a pipeline has planned, if it is configured to."""
-        if 'DisplayMotionPath' in response_adapters(self._settings, pipeline):
-            topic = TOPIC if pipeline == PILZ else self._settings.display_path_topic
-            self.publish(start, trajectory, topic)
+        settings = self._pipelines[pipeline]
+        if 'DisplayMotionPath' in without_package(settings.used_response_adapters):
+            self.publish(start, trajectory, settings.display_path_topic)

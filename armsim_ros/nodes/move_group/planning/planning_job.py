@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from moveit_msgs.msg import MoveItErrorCodes, PipelineState, RobotState, RobotTr
 from moveit_msgs.msg import PlanningScene as SceneMessage
 from rclpy.node import Node
 
-from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import PipelineSettings
 from armsim_ros.errors import MoveItErrorCode, PlanningError
 from armsim_ros.nodes.conversions.motion_plan_request import (
     error_code_message,
@@ -27,16 +27,13 @@ from armsim_ros.nodes.move_group.context import Context
 from armsim_ros.nodes.move_group.planning.planner_services import (
     DisplayContacts,
     DisplayPlannedPath,
-    request_adapters,
-    response_adapters,
+    without_package,
 )
 from armsim_ros.nodes.move_group.worker import AnyOf
 from armsim_ros.planning.planner import never
 from armsim_ros.planning.request import MotionPlanRequest, MotionPlanResponse
 from armsim_ros.planning.scene.planning_scene import PlanningScene
 
-#: What planners call themselves, by the first part of their pipeline's name.
-PLANNERS = {'pilz': 'Pilz Industrial Motion Planner'}
 DEPTH = 20
 
 
@@ -47,10 +44,10 @@ class PipelineStates:
     The planner answers once, with the stage that refused the request, so all that it passed are
     published together. Nothing is composed without subscribers.
 
-    :param settings: the pipeline's adapters and the topic's name; '' publishes nothing.
+    :param settings: the planner, the adapters and the topic's name; '' publishes nothing.
     """
 
-    def __init__(self, node: Node, settings: OmplSettings) -> None:
+    def __init__(self, node: Node, settings: PipelineSettings) -> None:
         self._settings = settings
         self._publisher = None
         if settings.progress_topic:
@@ -60,20 +57,21 @@ class PipelineStates:
         """Publish that work on a request has begun."""
         self._publish(request, ResponseMessage(), '')
 
-    def end(self, request: RequestMessage, response: ResponseMessage, pipeline: str) -> None:
+    def end(self, request: RequestMessage, response: ResponseMessage) -> None:
         """
         Publish each stage that a request has passed, and the stage that refused it.
 
         :param response: its error code names the stage.
-        :param pipeline: that planned.
         """
         if not self._heard:
             return
         success = response.error_code.val == MoveItErrorCodes.SUCCESS
         passed = ResponseMessage()
         passed.error_code.val = MoveItErrorCodes.SUCCESS
-        stages = list(self._stages(pipeline))
-        planned = stages.index(self._planner(pipeline))
+        before = without_package(self._settings.used_request_adapters)
+        after = without_package(self._settings.used_response_adapters)
+        planned = len(before)
+        stages = [*before, self._planner, *after]
         last = len(stages) - 1
         if not success:
             source = response.error_code.source
@@ -91,14 +89,9 @@ class PipelineStates:
             self._publisher.publish(
                 PipelineState(request=request, response=response, pipeline_stage=stage))
 
-    def _stages(self, pipeline: str) -> Iterator[str]:
-        yield from request_adapters(self._settings, pipeline)
-        yield self._planner(pipeline)
-        yield from response_adapters(self._settings, pipeline)
-
-    @staticmethod
-    def _planner(pipeline: str) -> str:
-        return PLANNERS.get(pipeline.partition('_')[0], pipeline.upper())
+    @property
+    def _planner(self) -> str:
+        return '' if self._settings.planner is None else self._settings.planner.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,14 +117,51 @@ class PlanningAnswer:
         return error_code_message(answer.error_code, answer.message, answer.source)
 
 
-class PlanningJob:
-    """Runs the planner in its worker."""
+class PlanTopics:
+    """
+    Publishes about each plan what its pipeline publishes: stages, the path, contacts.
+
+    Requests for a pipeline that does not exist have no stages.
+    """
 
     def __init__(self, context: Context, display: DisplayPlannedPath) -> None:
-        self._context, self._display = context, display
-        ompl = context.settings.ompl
-        self._states = PipelineStates(context.node, ompl)
-        self._contacts = DisplayContacts(context.node, ompl.display_contacts_topic, context.frame)
+        self._display = display
+        self._states: dict[str, PipelineStates] = {}
+        self._contacts: dict[str, DisplayContacts] = {}
+        topics: dict[str, DisplayContacts] = {}
+        for name, settings in context.pipelines.items():
+            self._states[name] = PipelineStates(context.node, settings)
+            topic = settings.display_contacts_topic
+            if topic not in topics:
+                topics[topic] = DisplayContacts(context.node, topic, context.frame)
+            self._contacts[name] = topics[topic]
+
+    def begin(self, pipeline: str, request: RequestMessage) -> None:
+        """Publish that work on a request has begun."""
+        if pipeline in self._states:
+            self._states[pipeline].begin(request)
+
+    def end(self, pipeline: str, request: RequestMessage, plan: PlanningAnswer) -> None:
+        """Publish how planning has ended."""
+        if pipeline not in self._states:
+            return
+        response = plan.response
+        if response.success:
+            self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
+        if response.contacts or response.source == 'ValidateSolution':
+            self._contacts[pipeline].publish(response.contacts)
+        self._states[pipeline].end(request, response_message(plan))
+
+
+class PlanningJob:
+    """
+    Runs the planner in its worker.
+
+    :param topics: get what is published of each plan.
+    """
+
+    def __init__(self, context: Context, topics: PlanTopics) -> None:
+        self._context, self.topics = context, topics
 
     async def run(
         self, message: RequestMessage, *, scene: PlanningScene | None = None,
@@ -147,7 +177,8 @@ class PlanningJob:
         """
         context = self._context
         request = request_from_message(message)
-        self._states.begin(message)
+        pipeline = context.pipeline_of(request.pipeline_id)
+        self.topics.begin(pipeline, message)
         if scene is None:
             scene = await self.scene(message.start_state)
         planned_in = scene
@@ -159,13 +190,8 @@ class PlanningJob:
         response = await self.in_planner(
             lambda: planner.plan(request, scene, clock=clock, cancelled=cancelled), cancelled)
         context.check_ending('planning')
-        plan = self._in_messages(request, response, scene, planned_in)
-        pipeline = request.pipeline_id or context.planning_parameters.default_planning_pipeline
-        if response.success:
-            self._display.publish_plan(pipeline, plan.start_message, plan.trajectory_message)
-        if response.contacts or response.source == 'ValidateSolution':
-            self._contacts.publish(response.contacts)
-        self._states.end(message, response_message(plan), pipeline)
+        plan = self.in_messages(request, response, scene, planned_in)
+        self.topics.end(pipeline, message, plan)
         return plan
 
     async def in_planner(self, work: Callable[[], Any], cancelled: Callable[[], bool]) -> Any:
@@ -214,10 +240,16 @@ class PlanningJob:
         context.logger.warning(
             f'no joint state newer than the request within 1 s on {topics}; using the last')
 
-    def _in_messages(
+    def in_messages(
         self, request: MotionPlanRequest, response: MotionPlanResponse, scene: PlanningScene,
         planned_in: PlanningScene,
     ) -> PlanningAnswer:
+        """
+        Return an answer with its messages.
+
+        :param scene: that of the plan.
+        :param planned_in: the same without the request's own changes.
+        """
         frame = self._context.frame
         trajectory, start = RobotTrajectory(), RobotState()
         if response.success:

@@ -53,7 +53,7 @@ class PlanSequencePath:
 
     def _pipeline(self, request: MotionSequenceRequest) -> str:
         """Return the default pipeline; an unknown pipeline of the first motion stays."""
-        default: str = self._context.planning_parameters.default_planning_pipeline
+        default = self._context.pipeline_of('')
         requested = request.items[0].req.pipeline_id if request.items else ''
         if not requested or requested == default:
             return default

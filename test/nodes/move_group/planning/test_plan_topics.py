@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
 
-from armsim_ros.config.ompl_planning import OmplSettings
+from armsim_ros.config.ompl_planning import PipelineSettings
 from armsim_ros.nodes.move_group.planning.planner_services import (
     DisplayContacts,
     DisplayPlannedPath,
@@ -31,21 +31,23 @@ from armsim_ros.planning.collision.contacts import BodyType, Contact
 BEFORE = ['ResolveConstraintFrames', 'ValidateWorkspaceBounds', 'CheckStartStateBounds',
           'CheckStartStateCollision']
 AFTER = ['AddTimeOptimalParameterization', 'ValidateSolution', 'DisplayMotionPath']
-PILZ = 'pilz_industrial_motion_planner'
+#: The hand is in the upper arm.
+FOLDED = {f'joint_{number}': place for number, place in enumerate(
+    (0.8, -0.7, -2.6, -2.7, 1.7, 2.3), start=1)}
+PLUGIN = ('pilz_industrial_motion_planner/CommandPlanner',)
 
 
-def told(code: int, source: str = '', heard: int = 1, pipeline: str = 'ompl',
-         **settings: Any) -> list[tuple[str, int]]:
+def told(code: int, source: str = '', heard: int = 1, **settings: Any) -> list[tuple[str, int]]:
     """Return the stages that are told of a plan, with the codes that they have."""
     published: list[PipelineState] = []
     publisher = SimpleNamespace(
         get_subscription_count=lambda: heard, publish=published.append)
     node: Any = SimpleNamespace(create_publisher=lambda kind, topic, depth: publisher)
-    states = PipelineStates(node, OmplSettings(**settings))
+    states = PipelineStates(node, PipelineSettings(**settings))
     response = MotionPlanResponse()
     response.error_code.val, response.error_code.source = code, source
     states.begin(MotionPlanRequest())
-    states.end(MotionPlanRequest(), response, pipeline)
+    states.end(MotionPlanRequest(), response)
     return [(one.pipeline_stage, one.response.error_code.val) for one in published]
 
 
@@ -76,7 +78,7 @@ def test_adapters_of_the_user() -> None:
 
 def test_adapters_of_pilz() -> None:
     """Its plans have times already: no adapter adds them."""
-    stages = told(1, response_adapters=(), pipeline=PILZ)
+    stages = told(1, planning_plugins=PLUGIN)
     assert [stage for stage, _ in stages] == [
         '', *BEFORE, 'Pilz Industrial Motion Planner', *AFTER[1:]]
 
@@ -97,22 +99,22 @@ class FakeNode:
         return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: Time(sec=7)))
 
 
-@pytest.mark.parametrize(('pipeline', 'adapters', 'topics'), [
-    ('ompl', None, ['mine']), ('ompl', ('x/DisplayMotionPath',), ['mine']),
-    ('ompl', ('x/ValidateSolution',), []), (PILZ, (), ['display_planned_path']),
+@pytest.mark.parametrize(('adapters', 'topics'), [
+    (None, ['mine']), (('x/DisplayMotionPath',), ['mine']), (('x/ValidateSolution',), []),
 ])
 def test_plans_are_published_by_an_adapter(
-    pipeline: str, adapters: tuple[str, ...] | None, topics: list[str]
+    adapters: tuple[str, ...] | None, topics: list[str]
 ) -> None:
     """
-    DisplayMotionPath publishes one message for a plan, on the pipeline's topic.
+    DisplayMotionPath publishes one message for a plan, on the topic of its pipeline.
 
     Upstream: display_motion_path.cpp.
     """
     node: Any = FakeNode()
-    display = DisplayPlannedPath(node, 'robot', OmplSettings(
-        display_path_topic='mine', response_adapters=adapters))
-    display.publish_plan(pipeline, RobotState(), RobotTrajectory())
+    display = DisplayPlannedPath(node, 'robot', {
+        'other': PipelineSettings(display_path_topic='others'),
+        'fast': PipelineSettings(display_path_topic='mine', response_adapters=adapters)})
+    display.publish_plan('fast', RobotState(), RobotTrajectory())
     assert [topic for topic, heard in node.published.items() if heard] == topics
     assert all(len(message.trajectory) == 1
                for topic in topics for message in node.published[topic])
@@ -157,10 +159,7 @@ def test_stages_and_contacts_from_outside(stack: Any) -> None:
     client = stack.client
     stages = client.collect('/pipeline_state', PipelineState)
     markers = client.collect('/display_contacts', MarkerArray)
-    # The hand is in the upper arm.
-    places = (0.8, -0.7, -2.6, -2.7, 1.7, 2.3)
-    folded = {f'joint_{number}': place for number, place in enumerate(places, start=1)}
-    request = GetMotionPlan.Request(motion_plan_request=stack.request(folded))
+    request = GetMotionPlan.Request(motion_plan_request=stack.request(FOLDED))
     for _ in range(20):  # until the publishers have found the subscriptions
         answer = client.call('/plan_kinematic_path', GetMotionPlan, request)
         assert answer.motion_plan_response.error_code.val == -12

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from moveit_msgs.srv import GetPlannerParams
 
 from armsim_ros.nodes.move_group.planning.planner_services import PlannerParams
+from armsim_ros.planning.context import PlanningPipeline
 from armsim_ros.planning.search.planners import PlannerTable
 
 
@@ -18,7 +19,7 @@ def test_booleans_are_written_as_rclcpp_writes_them():
     services = {}
     PlannerParams(SimpleNamespace(
         planner=SimpleNamespace(settings=SimpleNamespace(
-            default_pipeline='ompl', pipelines=('ompl',), planners=table)),
+            default_pipeline='fast', pipelines={'fast': PlanningPipeline(planners=table)})),
         serve=lambda kind, name, fill: services.update({name: fill})))
     response = GetPlannerParams.Response()
     asyncio.run(services['get_planner_params'](
