@@ -19,6 +19,7 @@ from std_msgs.msg import String
 import yaml
 
 from armsim_ros.config.draft import BLOCKS
+from armsim_ros.config.layout import PIPELINE_KEYS
 from armsim_ros.errors import ConfigError, Location, Problem
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.upstream.node_parameters import NodeArguments
@@ -31,6 +32,8 @@ _CONTROLLERS = ('moveit_simple_controller_manager', 'moveit_controller_manager')
 #: Parameters that have their own files, or that are the robot's text.
 _ELSEWHERE = (URDF, SEMANTIC, _KINEMATICS, _PLANNING,
               *_CONTROLLERS, 'planning_pipelines', 'use_sim_time')
+#: Name of the pipeline where none is listed.
+_FALLBACK = 'move_group'
 #: How the folder begins that a program makes for it, and takes away at its end.
 PREFIX = 'armsim_robot_'
 _ROBOT_NAME = re.compile(r'<robot[^>]*?\sname\s*=\s*["\']([^"\']+)["\']')
@@ -106,15 +109,14 @@ class RobotPackage:
             self._dump('pilz_cartesian_limits.yaml', {'cartesian_limits': tool})
         self._dump('moveit_controllers.yaml',
                    {key: nested[key] for key in _CONTROLLERS if key in nested})
-        pipelines = nested.get('planning_pipelines') or ()
-        if isinstance(pipelines, Mapping):
-            pipelines = pipelines.get('pipeline_names') or ()
+        pipelines = _pipelines(nested)
         for name in pipelines:
             if isinstance(nested.get(name), Mapping):
                 self._dump(f'{name}_planning.yaml', nested[name])
         self._dump('trajectory_execution.yaml', {
-            key: value for key, value in nested.items()
-            if key in BLOCKS and key not in _ELSEWHERE and key not in pipelines})
+            **{key: value for key, value in nested.items()
+               if key in BLOCKS and key not in _ELSEWHERE and key not in pipelines},
+            **({'planning_pipelines': pipelines} if pipelines else {})})
 
     def _dump(self, name: str, content: Any) -> Path:
         if not content:
@@ -125,6 +127,22 @@ class RobotPackage:
         path = self._config / name
         path.write_text(text, encoding='utf-8')
         return path
+
+
+def _pipelines(nested: Mapping[str, Any]) -> list[str]:
+    """
+    Return the names of the pipelines, in their order.
+
+    Without a list, parameters in the namespace ``move_group`` make the pipeline of that name.
+    """
+    listed = nested.get('planning_pipelines') or ()
+    if isinstance(listed, Mapping):
+        listed = listed.get('pipeline_names') or ()
+    names = [name for name in listed if name]
+    block = nested.get(_FALLBACK)
+    if not names and isinstance(block, Mapping) and not PIPELINE_KEYS.isdisjoint(block):
+        return [_FALLBACK]
+    return names
 
 
 def described_package(arguments: NodeArguments, folder: Path) -> list[str]:
