@@ -146,23 +146,28 @@ class MotionPlanner:
         if not items:
             return SequenceResponse()
         began = clock()
+        answers: list[MotionPlanResponse] = []
+
+        def plan(request: MotionPlanRequest) -> MotionPlanResponse:
+            answers.append(self.plan(request, scene, clock=clock, cancelled=cancelled))
+            return answers[-1]
+
         try:
-            requests, answers = plan_items(
-                items, pipeline or items[0].request.pipeline_id,
-                lambda request: self.plan(request, scene, clock=clock, cancelled=cancelled))
+            requests = plan_items(items, pipeline or items[0].request.pipeline_id, plan)
             with self._request() as context:
                 runs = join(context, items, requests, answers, scene)
         except PlanningError as error:
             source = error.source or SEQUENCE
             self._report(source, error)
             return SequenceResponse(
-                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began)
+                MoveItErrorCode(error.code), str(error), source, planning_time=clock() - began,
+                plans=tuple(answers))
         return SequenceResponse(
             message=answers[0].message, source=answers[0].source,
             trajectories=tuple(run.motion.trajectory(run.names) for run in runs),
             requests=tuple(run.request for run in runs),
             start=answers[0].trajectory_start,
-            planning_time=max(clock() - began, 1e-9), plans=answers)
+            planning_time=max(clock() - began, 1e-9), plans=tuple(answers))
 
     def cartesian_path(
         self, request: CartesianRequest, scene: PlanningScene, *,

@@ -213,7 +213,7 @@ def endpoints(context: Context) -> tuple[object, ...]:
     job = PlanningJob(context, PlanTopics(context, display))
     execution = TrajectoryExecutionManager(context)
     octomap = OctomapMonitor(context, octomap_settings(context))
-    parts = Parts(context, job, execution, display, SequenceJob(context, job, display), octomap)
+    parts = Parts(context, job, execution, display, SequenceJob(context, job), octomap)
     requested = wanted_capabilities(context.node, context.planning_parameters, context.logger)
     return (
         display, octomap, execution, *(item for name in requested for item in ALL[name](parts)),

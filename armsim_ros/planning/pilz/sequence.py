@@ -50,7 +50,7 @@ class SequenceResponse:
     :param requests: the first request of each trajectory.
     :param start: joint -> position [rad or m] of all movable joints.
     :param planning_time: [s].
-    :param plans: of the single motions, before they are joined.
+    :param plans: of the single motions, before they are joined, up to the first that failed.
     """
 
     error_code: MoveItErrorCode = MoveItErrorCode.SUCCESS
@@ -90,23 +90,23 @@ class _Run:
 def plan_items(
     items: Sequence[SequenceItem], pipeline: str,
     plan: Callable[[MotionPlanRequest], MotionPlanResponse],
-) -> tuple[tuple[MotionPlanRequest, ...], tuple[MotionPlanResponse, ...]]:
+) -> tuple[MotionPlanRequest, ...]:
     """
     Plan each motion from where its predecessor ends, with what the first carries.
 
     :param pipeline: plans all motions.
-    :returns: the requests with their start states, and the answers.
+    :param plan: plans a motion.
+    :returns: the requests with their start states.
     :raises PlanningError: for radii and start states that are not allowed; PREEMPTED where a
         motion is cancelled, FAILURE where it has no plan for another reason.
     """
     _check_radii(items)
     _check_start_states(items)
     requests: list[MotionPlanRequest] = []
-    answers: list[MotionPlanResponse] = []
     reached: dict[str, float] = {}
     for number, item in enumerate(items):
         request = replace(item.request, pipeline_id=pipeline)
-        if answers:
+        if requests:
             request = replace(request, start_state=_start(
                 request.start_state, reached, requests[0].start_state))
         answer = plan(request)
@@ -115,13 +115,12 @@ def plan_items(
             raise PlanningError(
                 MoveItErrorCode.PREEMPTED if cancelled else MoveItErrorCode.FAILURE,
                 f'motion {number}: {answer.error_code.name}: {answer.message}', answer.source)
-        if not answers:
+        if not requests:
             reached.update(answer.trajectory_start)
         trajectory = answer.trajectory
         reached.update(zip(trajectory.joint_names, trajectory.positions[-1].tolist(), strict=True))
         requests.append(request)
-        answers.append(answer)
-    return tuple(requests), tuple(answers)
+    return tuple(requests)
 
 
 def join(

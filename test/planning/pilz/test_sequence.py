@@ -248,6 +248,18 @@ def test_a_cancelled_sequence_is_preempted(bench: Any) -> None:
     assert not answer.trajectories
 
 
+def test_the_plans_of_a_failed_sequence(bench: Any) -> None:
+    """
+    The answer has the plan of each motion up to the one that failed, with its code.
+
+    pilz, command_list_manager.cpp, solveSequenceItems: generatePlan publishes each of them.
+    """
+    far = line(bench, (5.0, 0.0, 0.0))
+    answer = bench.sequence(line(bench, CORNERS[0]), far, line(bench, CORNERS[1]))
+    assert [plan.error_code for plan in answer.plans] == [
+        MoveItErrorCode.SUCCESS, MoveItErrorCode.NO_IK_SOLUTION]
+
+
 def test_overlap_of_two_motions_is_allowed(bench: Any) -> None:
     """
     Only radii between three motions or more can overlap.

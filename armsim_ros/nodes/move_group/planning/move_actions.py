@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from moveit_msgs.action import MoveGroup, MoveGroupSequence
@@ -20,7 +21,6 @@ from rclpy.action.server import ServerGoalHandle
 from armsim_ros.errors import MoveItErrorCode
 from armsim_ros.nodes.conversions.motion_plan_request import (
     request_from_message,
-    robot_state_to_message,
     robot_trajectory_message,
 )
 from armsim_ros.nodes.conversions.planning_scene import is_empty
@@ -36,7 +36,6 @@ from armsim_ros.nodes.move_group.execution.trajectory_execution import (
     TrajectoryExecutionManager,
 )
 from armsim_ros.nodes.move_group.execution.trajectory_monitor import TrajectoryMonitor
-from armsim_ros.nodes.move_group.planning.planner_services import DisplayPlannedPath
 from armsim_ros.nodes.move_group.planning.planning_job import (
     drop_robot_state,
     log_refused,
@@ -213,8 +212,8 @@ def plans_only(context: Context, source: str, *, requested: bool) -> bool:
 class SequenceJob:
     """Plans sequences in the planner's worker."""
 
-    def __init__(self, context: Context, job: PlanningJob, display: DisplayPlannedPath) -> None:
-        self._context, self._job, self._display = context, job, display
+    def __init__(self, context: Context, job: PlanningJob) -> None:
+        self._context, self._job = context, job
 
     async def run(
         self, message: MotionSequenceRequest, answer: MotionSequenceResponse, *,
@@ -245,21 +244,18 @@ class SequenceJob:
         context.check_ending('planning')
         answer.planning_time = response.planning_time
         fill_error(answer.error_code, response.error_code, response.message, response.source)
-        starts = []
-        if response.start:
-            carried = context.started(scene, items[0].request.start_state).attached.values()
-            starts = [
-                robot_state_to_message(plan.trajectory_start, context.frame, attached=carried)
-                for plan in response.plans]
-            answer.sequence_start = starts[0]
         answer.planned_trajectories = [
             robot_trajectory_message(trajectory, context.frame)
             for trajectory in response.trajectories]
-        for plan, start in zip(response.plans, starts, strict=True):
-            self._display.publish_plan(
-                pipeline or items[0].request.pipeline_id
-                or context.planning_parameters.default_planning_pipeline,
-                start, robot_trajectory_message(plan.trajectory, context.frame))
+        for number, (item, made) in enumerate(zip(items, response.plans, strict=False)):
+            # All motions carry what the first carries.
+            request = replace(item.request, start_state=items[0].request.start_state)
+            plan = self._job.in_messages(request, made, scene, planned_in)
+            name = context.pipeline_of(pipeline or items[0].request.pipeline_id)
+            self._job.topics.begin(name, message.items[number].req)
+            self._job.topics.end(name, message.items[number].req, plan)
+            if response.trajectories and not number:
+                answer.sequence_start = plan.start_message
         return response, planned_in
 
 

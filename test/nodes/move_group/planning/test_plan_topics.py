@@ -11,11 +11,13 @@ from builtin_interfaces.msg import Time
 from moveit_msgs.msg import (
     MotionPlanRequest,
     MotionPlanResponse,
+    MotionSequenceItem,
+    MotionSequenceRequest,
     PipelineState,
     RobotState,
     RobotTrajectory,
 )
-from moveit_msgs.srv import GetMotionPlan
+from moveit_msgs.srv import GetMotionPlan, GetMotionSequence
 import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
@@ -170,3 +172,25 @@ def test_stages_and_contacts_from_outside(stack: Any) -> None:
     assert 1 <= len(others) <= 10
     assert others[0].header.frame_id
     stages.wait_for(lambda message: message.pipeline_stage == 'OMPL')
+
+
+def test_stages_and_contacts_of_a_sequence(stack: Any) -> None:
+    """
+    Each motion of a sequence is told as a plan of its own, up to the motion that collides.
+
+    Upstream: command_list_manager.cpp, solveSequenceItems; planning_pipeline.cpp, generatePlan.
+    """
+    client = stack.client
+    stages = client.collect('/pipeline_state', PipelineState)
+    markers = client.collect('/display_contacts', MarkerArray)
+    items = [MotionSequenceItem(req=stack.request(state)) for state in ('home', FOLDED)]
+    items[1].req.start_state = RobotState()
+    request = GetMotionSequence.Request(request=MotionSequenceRequest(items=items))
+    for _ in range(20):  # until the publishers have found the subscriptions
+        answer = client.call('/plan_sequence_path', GetMotionSequence, request)
+        assert answer.response.error_code.val == 99999
+        if markers.messages and stages.messages:
+            break
+    assert len(markers.wait(1)[-1].markers) > 1
+    stages.wait_for(lambda message: message.pipeline_stage == 'DisplayMotionPath')
+    stages.wait_for(lambda message: message.response.error_code.val == -12)
