@@ -58,6 +58,7 @@ _PROGRAMS = {
     ProgramRole.DESCRIPTION: 'robot_state_publisher',
     ProgramRole.JOINT_STATES: 'joint_state_publisher',
     ProgramRole.STATIC_TRANSFORM: 'static_transform_publisher',
+    ProgramRole.STATIC_BROADCASTER: 'static_transform_broadcaster_node',
     ProgramRole.TF_ECHO: 'tf2_echo', ProgramRole.TF_MONITOR: 'tf2_monitor',
     ProgramRole.VIEW_FRAMES: 'view_frames',
     ProgramRole.ROSBRIDGE: 'rosbridge_websocket', ProgramRole.FOXGLOVE: 'foxglove_bridge',

@@ -126,7 +126,8 @@ class ProgramRole(Enum):
     SERVO = 'commands of joints, twists and poses to joint commands'
     DESCRIPTION = 'publishes the robot description and transforms'
     JOINT_STATES = 'publishes joint states'
-    STATIC_TRANSFORM = 'publishes a fixed transform'
+    STATIC_TRANSFORM = 'publishes the fixed transform of its arguments'
+    STATIC_BROADCASTER = 'publishes the fixed transform of its parameters'
     TF_ECHO = 'prints the transform between two frames'
     TF_MONITOR = 'prints the delays of transforms'
     VIEW_FRAMES = 'draws the tree of frames'
@@ -151,6 +152,7 @@ NODES: dict[tuple[str, str], ProgramRole] = {
     ('joint_state_publisher', 'joint_state_publisher'): ProgramRole.JOINT_STATES,
     ('joint_state_publisher_gui', 'joint_state_publisher_gui'): ProgramRole.JOINT_STATES,
     ('tf2_ros', 'static_transform_publisher'): ProgramRole.STATIC_TRANSFORM,
+    ('tf2_ros', 'static_transform_broadcaster_node'): ProgramRole.STATIC_BROADCASTER,
     ('tf2_ros', 'tf2_echo'): ProgramRole.TF_ECHO,
     ('tf2_ros', 'tf2_monitor'): ProgramRole.TF_MONITOR,
     ('tf2_tools', 'view_frames'): ProgramRole.VIEW_FRAMES,
@@ -182,6 +184,9 @@ CONTROLLER_STOPPER = 'controller_stopper_node'
 #: Class of a component -> the program that does its work in a process of its own.
 COMPONENTS: dict[str, tuple[str, str]] = {
     'moveit_servo::ServoNode': ('moveit_servo', 'servo_node'),
+    'robot_state_publisher::RobotStatePublisher': (
+        'robot_state_publisher', 'robot_state_publisher'),
+    'tf2_ros::StaticTransformBroadcasterNode': ('tf2_ros', 'static_transform_broadcaster_node'),
 }
 #: First words of commands that are not nodes.
 COMMANDS: dict[tuple[str, ...], ProgramRole] = {

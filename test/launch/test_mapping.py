@@ -7,9 +7,10 @@ import yaml
 
 from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.api.process import ExecuteProcess
-from armsim_ros.launch.api.ros_node import Node
+from armsim_ros.launch.api.ros_node import ComposableNode, Node
 from armsim_ros.launch.lookup import looking_with, make_lookup
 from armsim_ros.launch.mapping import FLOOR, GRIPPER, JOINT_STATES, Kind, Mapping
+from armsim_ros.launch.process_spec import COMPONENTS
 
 CONTROL = Node(package='controller_manager', executable='ros2_control_node',
                parameters=[{'robot_description': '<robot name="r"/>'}])
@@ -117,6 +118,22 @@ def test_a_robot_in_sdf_is_simulated_by_the_urdf_of_the_state_publisher(
     (_, spawned), _ = decided(state_publisher, create(file))
     assert spawned.simulation is None
     assert spawned.kind is Kind.DONE
+
+
+def test_the_description_may_be_that_of_a_component(decided):
+    """
+    A ros2_control_node without a description takes that of the file's robot_state_publisher.
+
+    Upstream: moveit_servo/launch/demo_ros_api.launch.py.
+    """
+    plugin = 'robot_state_publisher::RobotStatePublisher'
+    component = ComposableNode(package='robot_state_publisher', plugin=plugin,
+                               parameters=[{'robot_description': URDF}])
+    (_, made), texts = decided(
+        Node(package='controller_manager', executable='ros2_control_node'),
+        component.process(*COMPONENTS[plugin]))
+    assert (made.kind, made.is_ours) == (Kind.RUN, True)
+    assert texts[0]['robot_description'] == URDF
 
 
 @pytest.mark.parametrize('folder', ['', 'models'])

@@ -167,22 +167,26 @@ def test_components_are_named(entities):
         'unknown: rclcpp_components/component_container is not installed and not started']
 
 
-def test_servo_as_a_component(entities):
+@pytest.mark.parametrize(('package', 'plugin', 'name', 'process'), [
+    ('moveit_servo', 'moveit_servo::ServoNode', 'servo_node', 'servo_node'),
+    ('robot_state_publisher', 'robot_state_publisher::RobotStatePublisher',
+     'robot_state_publisher', 'robot_state_publisher'),
+    ('tf2_ros', 'tf2_ros::StaticTransformBroadcasterNode', 'static_tf2_broadcaster',
+     'static_transform_broadcaster_node')])
+def test_components_with_a_program_here(entities, package, plugin, name, process):
     """
-    Servo that a launch file loads into a container is a process of its own.
+    A node that a launch file loads into a container is a process of its own.
 
     Upstream: moveit_servo/launch/demo_ros_api.launch.py.
     """
-    said = entities("""
+    said = entities(f"""
         ComposableNodeContainer(
             name='box', namespace='', package='rclcpp_components',
             executable='component_container', composable_node_descriptions=[
-                ComposableNode(package='moveit_servo', plugin='moveit_servo::ServoNode',
-                               name='servo_node', parameters=[{'moveit_servo.a': 1}])]),
+                ComposableNode(package='{package}', plugin='{plugin}', name='{name}',
+                               parameters=[{{'block.a': 1}}])]),
     """)
-    assert 'process: moveit_servo/servo_node name=servo_node ns=/ parameters=moveit_servo' \
-        in said.plan
-
+    assert f'process: {package}/{process} name={name} ns=/ parameters=block' in said.plan
 
 
 def test_nothing_to_start(entities):

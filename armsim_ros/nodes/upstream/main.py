@@ -15,6 +15,7 @@ from armsim_ros.errors import nearest
 PROGRAMS = {
     **{name: (f'upstream.{name}', 'main') for name in (
         'static_transform_publisher', 'tf2_echo', 'tf2_monitor', 'view_frames')},
+    'static_transform_broadcaster_node': ('upstream.static_transform_publisher', 'component'),
     **{name: ('upstream.state_publishers', name) for name in (
         'robot_state_publisher', 'joint_state_publisher')},
     **{name: ('upstream.robot_programs', name) for name in (

@@ -1,33 +1,49 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""static_transform_publisher of tf2_ros, with both of its forms of arguments."""
+"""static_transform_publisher of tf2_ros: the program with its arguments, and the component."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import math
+import random
+import string
 import sys
+from typing import TypeAlias
 
 from geometry_msgs.msg import TransformStamped
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
 from armsim_ros.errors import ArmsimError
-from armsim_ros.model.transforms import matrix_from_rpy, pose_from_parts, quat_xyzw_from_matrix
+from armsim_ros.model.transforms import quat_xyzw_from_rpy
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.upstream.single_node import spin
+
+#: Values of the node's parameters by their names [m].
+Values: TypeAlias = 'Mapping[str, float | str]'
 
 _USAGE = ('static_transform_publisher [--x X] [--y Y] [--z Z] [--roll R --pitch P --yaw Y | '
           '--qx X --qy Y --qz Z --qw W] --frame-id PARENT --child-frame-id CHILD, or '
           'x y z yaw pitch roll PARENT CHILD, or x y z qx qy qz qw PARENT CHILD')
 _EULER, _QUATERNION = ('roll', 'pitch', 'yaw'), ('qx', 'qy', 'qz', 'qw')
 _NUMBERS = ('x', 'y', 'z', *_EULER, *_QUATERNION)
+#: The node's parameters, all of them read-only, and their defaults.
+DEFAULTS: Values = {
+    **{f'translation.{axis}': 0.0 for axis in 'xyz'},
+    **{f'rotation.{axis}': float(axis == 'w') for axis in 'xyzw'},
+    'frame_id': '/frame', 'child_frame_id': '/child',
+}
+_NAME = 'static_transform_publisher'
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Publish a transform until SIGINT or SIGTERM.
+    Publish the transform that the words describe until SIGINT or SIGTERM.
 
     :returns: 0 after a signal, 1 for words that cannot be understood.
     """
@@ -35,26 +51,75 @@ def main(argv: Sequence[str] | None = None) -> int:
     if {'-h', '--help'} & set(words):
         print(f'usage: {_USAGE}')
         return 0
+    return _run(words, ros_args)
+
+
+def component(argv: Sequence[str] | None = None) -> int:
+    """
+    Publish the transform that the parameters describe until SIGINT or SIGTERM.
+
+    :param argv: ``--ros-args`` with the parameters of tf2_ros::StaticTransformBroadcasterNode.
+    :returns: 0 after a signal, 1 where a parameter is wrong.
+    """
+    _, ros_args = split_ros_args(sys.argv[1:] if argv is None else argv)
+    return _run(None, ros_args)
+
+
+def _run(words: Sequence[str] | None, ros_args: Sequence[str]) -> int:
     try:
-        transform = read_transform(words)
+        values = {} if words is None else read_words(words)
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        return spin(unique_name(), ros_args, _publish, parameter_overrides=overrides)
     except ArmsimError as error:
         print(error, file=sys.stderr, flush=True)
         return 1
 
-    def make(node: Node) -> object:
-        publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
-        transform.header.stamp = node.get_clock().now().to_msg()
-        publisher.publish(TFMessage(transforms=[transform]))
-        return publisher
 
-    return spin('static_transform_publisher', ros_args, make, start_parameter_services=False)
+def unique_name() -> str:
+    """Return a name of the node that no other has."""
+    characters = string.digits + string.ascii_letters
+    return f"{_NAME}_{''.join(random.choices(characters, k=16))}"
 
 
-def read_transform(words: Sequence[str]) -> TransformStamped:
+def _publish(node: Node) -> object:
+    read_only = ParameterDescriptor(read_only=True)
+    try:
+        values = {name: node.declare_parameter(name, default, read_only).value
+                  for name, default in DEFAULTS.items()}
+    except InvalidParameterTypeException as error:
+        raise UsageError(str(error)) from None
+    transform = transform_of(values)
+    transform.header.stamp = node.get_clock().now().to_msg()
+    publisher = node.create_publisher(TFMessage, '/tf_static', qos.LATCHED)
+    publisher.publish(TFMessage(transforms=[transform]))
+    return publisher
+
+
+def transform_of(values: Values) -> TransformStamped:
     """
-    Return the transform that the words describe.
+    Return the transform that the node's parameters describe.
 
-    :raises UsageError: where they describe none.
+    :raises UsageError: where both frames are the same, or the quaternion is zero.
+    """
+    made = TransformStamped(child_frame_id=str(values['child_frame_id']))
+    made.header.frame_id = str(values['frame_id'])
+    if made.child_frame_id == made.header.frame_id:
+        raise UsageError(f"child_frame_id cannot equal frame_id '{made.child_frame_id}'")
+    length = math.hypot(*(float(values[f'rotation.{axis}']) for axis in 'xyzw'))
+    if length < 1e-6:
+        raise UsageError('the quaternion is zero')
+    for axis in 'xyz':
+        setattr(made.transform.translation, axis, values[f'translation.{axis}'])
+    for axis in 'xyzw':
+        setattr(made.transform.rotation, axis, float(values[f'rotation.{axis}']) / length)
+    return made
+
+
+def read_words(words: Sequence[str]) -> Values:
+    """
+    Return the parameters that the program's words set.
+
+    :raises UsageError: where they describe no transform.
     """
     if words and words[0].startswith('--'):
         values, parent, child = _by_name(words)
@@ -62,26 +127,19 @@ def read_transform(words: Sequence[str]) -> TransformStamped:
         values, parent, child = _by_place(words)
     if not parent or not child:
         raise UsageError(f'the two frames are needed: {_USAGE}')
-    if parent == child:
-        raise UsageError(f"child_frame_id cannot equal frame_id '{parent}'")
     has_quaternion = any(axis in values for axis in _QUATERNION)
     if has_quaternion and any(axis in values for axis in _EULER):
         raise UsageError('Cannot specify both quaternion and Euler rotations')
-    made = TransformStamped(child_frame_id=child)
-    made.header.frame_id = parent
-    pose = pose_from_parts([values.get(axis, 0.0) for axis in 'xyz'], matrix_from_rpy(
-        [values.get(axis, 0.0) for axis in _EULER]))
-    xyzw = [float(component) for component in quat_xyzw_from_matrix(pose)]
     if has_quaternion:
-        xyzw = [values.get(axis, 1.0 if axis == 'qw' else 0.0) for axis in _QUATERNION]
-        length = math.hypot(*xyzw)
-        if length < 1e-6:
-            raise UsageError('the quaternion is zero')
-        xyzw = [component / length for component in xyzw]
-    translation, rotation = made.transform.translation, made.transform.rotation
-    translation.x, translation.y, translation.z = (values.get(axis, 0.0) for axis in 'xyz')
-    rotation.x, rotation.y, rotation.z, rotation.w = xyzw
-    return made
+        xyzw = [values.get(axis, float(axis == 'qw')) for axis in _QUATERNION]
+    else:
+        xyzw = [float(part) for part in quat_xyzw_from_rpy(
+            [values.get(axis, 0.0) for axis in _EULER])]
+    return {
+        **{f'translation.{axis}': values.get(axis, 0.0) for axis in 'xyz'},
+        **{f'rotation.{axis}': value for axis, value in zip('xyzw', xyzw, strict=True)},
+        'frame_id': parent, 'child_frame_id': child,
+    }
 
 
 def _by_name(words: Sequence[str]) -> tuple[dict[str, float], str, str]:

@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""tf2_echo, tf2_monitor and view_frames as programs, with a transform of another process."""
+"""Programs of tf2_ros and tf2_tools, with a transform of another process."""
 
 from collections.abc import Iterator
 import os
@@ -10,7 +10,10 @@ import subprocess
 import sys
 
 import pytest
+from tf2_msgs.msg import TFMessage
 
+from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.testing.program import private_domain, Program, ros_environment, start_program
 
 TURNED = """At time 0.0
@@ -40,6 +43,18 @@ def domain() -> Iterator[int]:
 def started(domain: int, *words: str) -> Program:
     """Start a program as ``ros2 run`` does."""
     return Program(words, environment=ros_environment(domain), name=words[-1])
+
+
+def test_the_transform_is_in_read_only_parameters(domain: int) -> None:
+    """tf2_ros/src/static_transform_broadcaster_node.cpp: StaticTransformBroadcasterNode."""
+    with ClientNode(domain, 'user') as client:
+        client.latched('/tf_static', TFMessage, PATIENCE)
+        (node,) = {one.node_name for one in client.node.get_publishers_info_by_topic('/tf_static')}
+        assert node.startswith('static_transform_publisher_')
+        parameters = ParameterClient(client, f'/{node}')
+        assert parameters.get('translation.z') == -3.0
+        assert parameters.get('child_frame_id') == 'tool'
+        assert parameters.describe('rotation.w').read_only
 
 
 def test_tf2_echo_prints_the_transform_until_ctrl_c(domain: int) -> None:
