@@ -19,6 +19,7 @@ import yaml
 
 from armsim_ros.cli.environment import program_command
 from armsim_ros.launch.api.process import ExecuteLocal
+from armsim_ros.launch.gz_bridge import unserved_topics
 from armsim_ros.launch.lookup import current_lookup, script_text
 from armsim_ros.launch.process_spec import (
     ALL_NODES,
@@ -83,6 +84,7 @@ class Start:
     A process of a batch and what becomes of it.
 
     :param command: of a process that is started.
+    :param note: for the log, at its level.
     :param is_simulation: whether it is the simulation.
     :param is_ours: whether it is a program of this package.
     """
@@ -92,6 +94,7 @@ class Start:
     kind: Kind
     command: Sequence[str] = ()
     note: str = ''
+    level: str = 'INFO'
     is_simulation: bool = False
     is_ours: bool = False
     simulation: Start | None = None
@@ -121,7 +124,7 @@ class Mapping:
                 if text:
                     self._descriptions[spec.node.namespace] = str(text)
         self._tells_joints = ProgramRole.JOINT_STATES in roles and not any(
-            role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(_words(spec))
+            role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(spec.arguments)
             for (_, spec), role in zip(batch, roles, strict=True))
         self._plays_later = any(
             spec.node is not None and spec.node.executable == CONTROLLER_STOPPER
@@ -145,14 +148,16 @@ class Mapping:
         if role is ProgramRole.SIMULATION and self._place(spec.node) in self._simulated:
             return Start(action, spec, Kind.PART, note='the same simulation serves both')
         if role in _PARTS:
-            return Start(action, spec, Kind.PART, note=f'{role.value}: part of the simulation')
+            unserved = unserved_topics(spec)
+            return Start(action, spec, Kind.PART, level='WARNING' if unserved else 'INFO',
+                         note=unserved or f'{role.value}: part of the simulation')
         if role is ProgramRole.ROSAPI:
             return Start(action, spec, Kind.PART, note=role.value)
         return self._ours(action, spec, role)
 
     def _ours(self, action: ExecuteLocal, spec: ProcessSpec, role: ProgramRole) -> Start:
         node = spec.node or RosNode('-', _PROGRAMS[role])
-        words = _words(spec)
+        words = spec.arguments
         extra: dict[str, Any] = {}
         if role is ProgramRole.SIMULATION:
             self._simulated.add(self._place(node))
@@ -175,7 +180,7 @@ class Mapping:
 
     def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         """Give the first robot that is spawned to the simulation."""
-        given = read_spawn_arguments(_words(spec))
+        given = read_spawn_arguments(spec.arguments)
         node = spec.node or RosNode('-', 'create')
         text = given.text or self._read(given.file, spec.environment) \
             or node.merged().get(_DESCRIPTION) \
@@ -212,7 +217,7 @@ class Mapping:
         if node is None:
             command = ['/bin/sh', '-c', ' '.join(spec.command)] if spec.shell else spec.command
             return Start(action, spec, Kind.RUN, [*spec.prefix, *command])
-        command = [*spec.prefix, *self._program(node), *_words(spec),
+        command = [*spec.prefix, *self._program(node), *spec.arguments,
                    *self._ros_args(node, {})]
         if spec.shell:
             command = ['/bin/sh', '-c', shlex.join(command)]
@@ -285,14 +290,6 @@ class Mapping:
     @staticmethod
     def _place(node: RosNode | None) -> str:
         return node.namespace if node is not None else '/'
-
-
-def _words(spec: ProcessSpec) -> list[str]:
-    """Return a program's arguments, of ``ros2 run PACKAGE PROGRAM ...`` too."""
-    words = list(spec.node.arguments if spec.node is not None else spec.command)
-    if spec.shell:  # it splits words at blanks, and drops empty ones
-        words = shlex.split(' '.join(words))
-    return words if spec.node is not None else words[4:]
 
 
 def _run_by_ros2(spec: ProcessSpec) -> RosNode | None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 import os
+import shlex
 import shutil
 from typing import Any, TypeAlias
 
@@ -79,6 +80,14 @@ class ProcessSpec:
         if self.node is not None:
             return f'{self.node.package}/{self.node.executable}'
         return f'-/{program_of(self.command, self.shell)}'
+
+    @property
+    def arguments(self) -> list[str]:
+        """The arguments of its program, of ``ros2 run PACKAGE PROGRAM ...`` too."""
+        words = list(self.node.arguments if self.node is not None else self.command)
+        if self.shell:  # it splits words at blanks, and drops empty ones
+            words = shlex.split(' '.join(words))
+        return words if self.node is not None else words[4:]
 
     def dry_line(self) -> str:
         """Return the line of ``--dry-run``."""

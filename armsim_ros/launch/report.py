@@ -18,6 +18,7 @@ from armsim_ros.launch.failures import (
     MissingArgumentsError,
     MissingPackageError,
 )
+from armsim_ros.launch.gz_bridge import unserved_topics
 from armsim_ros.launch.process_spec import ProcessSpec, ProgramRole, role_of
 
 #: Programs with a window, which may be missing.
@@ -47,6 +48,9 @@ class Report:
     def process(self, spec: ProcessSpec) -> None:
         """Report a process that would be started."""
         self._plan(spec.dry_line())
+        unserved = unserved_topics(spec)
+        if unserved:
+            self.log('WARNING', unserved, spec.name)
 
     def not_installed(self, spec: ProcessSpec) -> None:
         """Report a process that cannot be started."""

@@ -200,7 +200,7 @@ class ProcessRunner:
                 self._report.log('ERROR', f'{start.action.where}: {start.note}', name)
                 self._engine.shut_down(start.note, failed=True)
             else:
-                self._report.log('INFO', start.note, name)
+                self._report.log(start.level, start.note, name)
                 self._engine.process_started(start.action, name, 0, start.spec)
                 if start.kind is Kind.DONE:
                     self._engine.process_ended(start.action, name, 0, start.spec, 0)

@@ -290,3 +290,52 @@ def test_the_node_of_a_hand_is_a_part_with_its_arguments(decided, tmp_path):
     assert '__node:=franka_gripper' in words
     assert {'default_speed': 0.05} in texts
     assert words[-2:] == ['--params-file', str(file)]
+
+
+IMAGE = '/wrist/image@sensor_msgs/msg/Image[gz.msgs.Image'
+CLOCK = '/clock@rosgraph_msgs/msg/Clock[gz.msgs.Clock'
+
+
+def bridge(*words, **more):
+    """Return a bridge of topics between ROS and Gazebo."""
+    return Node(package='ros_gz_bridge', executable='parameter_bridge', arguments=words, **more)
+
+
+def test_a_bridge_of_published_topics_is_a_part(decided):
+    """Clock, joint states and transforms come from the simulation, by remapped names too."""
+    ((made,), _) = decided(bridge(
+        CLOCK, '/model/arm/joints@sensor_msgs/msg/JointState[gz.msgs.Model',
+        remappings=[('/model/arm/joints', 'joint_states')]))
+    assert (made.kind, made.level) == (Kind.PART, 'INFO')
+    assert made.note.startswith('the simulation publishes these topics itself')
+
+
+@pytest.mark.parametrize('node', [
+    bridge(IMAGE, CLOCK),
+    ExecuteProcess(cmd=['ros2', 'run', 'ros_gz_bridge', 'parameter_bridge', IMAGE]),
+    ExecuteProcess(cmd=[f"ros2 run ros_gz_bridge parameter_bridge '{IMAGE}'"], shell=True)])
+def test_topics_of_a_bridge_that_nothing_publishes_are_named(decided, node):
+    """
+    A client that waits for images would wait forever; the remedy for cameras is in the line.
+
+    Upstream: ros2_kortex/kortex_bringup/launch/kortex_sim_control.launch.py.
+    """
+    ((made,), _) = decided(node)
+    assert (made.kind, made.level) == (Kind.PART, 'WARNING')
+    assert made.note.startswith('not simulated: /wrist/image (sensor_msgs/msg/Image); cameras')
+
+
+@pytest.mark.parametrize(('text', 'note'), [
+    ('- {topic_name: scan, ros_type_name: sensor_msgs/msg/LaserScan, gz_type_name: x}',
+     'not simulated: scan (sensor_msgs/msg/LaserScan)'),
+    ('- {ros_topic_name: a, gz_topic_name: b, ros_type_name: std_msgs/msg/Bool, gz_type_name: x}',
+     'not simulated: a (std_msgs/msg/Bool)'),
+    ('- {gz_topic_name: clock, ros_type_name: rosgraph_msgs/msg/Clock, gz_type_name: x}',
+     'the simulation publishes these topics itself: part of the simulation'),
+    ('- [', 'the config_file of the bridge cannot be read: ')])
+def test_topics_of_a_bridge_in_a_file(decided, tmp_path, text, note):
+    """ros_gz_bridge/src/bridge_config.cpp, parseEntry: the keys that name a topic."""
+    file = tmp_path / 'bridge.yaml'
+    file.write_text(text)
+    ((made,), _) = decided(bridge(parameters=[{'config_file': str(file)}]))
+    assert made.note.startswith(note)

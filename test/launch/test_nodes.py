@@ -189,6 +189,17 @@ def test_components_with_a_program_here(entities, package, plugin, name, process
     assert f'process: {package}/{process} name={name} ns=/ parameters=block' in said.plan
 
 
+def test_a_dry_run_names_topics_that_nothing_publishes(entities):
+    """The bridge is replaced, but not the sensors of Gazebo behind it."""
+    said = entities("""
+        Node(package='ros_gz_bridge', executable='parameter_bridge',
+             arguments=['/scan@sensor_msgs/msg/LaserScan[gz.msgs.LaserScan']),
+    """)
+    assert said.plan == ['process: ros_gz_bridge/parameter_bridge name=parameter_bridge ns=/ '
+                         'parameters=']
+    assert 'not simulated: /scan (sensor_msgs/msg/LaserScan)' in said.errors
+
+
 def test_nothing_to_start(entities):
     """P41: a file that starts nothing says so."""
     assert entities("DeclareLaunchArgument('a', default_value='b'),").plan == ['nothing to start']
