@@ -31,6 +31,7 @@ DEFAULT_QUALITY = 95
 _LONGEST, _AT_ONE_METRE = 10.0, 100.0
 _SCALE = _AT_ONE_METRE * (_AT_ONE_METRE + 1.0)
 _OFFSET = 1.0 - _SCALE / _LONGEST
+_SHORTEST = _SCALE / (np.iinfo(np.uint16).max - _OFFSET)
 #: Kind of the content, the two numbers above.
 _HEADER = struct.Struct('<iff')
 
@@ -54,11 +55,14 @@ def jpeg(colour: NDArray[np.uint8], quality: int) -> bytes:
 
 
 def depth_as_png(depth: NDArray[np.float32]) -> bytes:
-    """Return depths (h, w) [m] as a header and a PNG of 16 bits of their inverses."""
+    """
+    Return depths (h, w) [m] as a header and a PNG of 16 bits of their inverses.
+
+    Depths whose inverses do not fit, below 0.152 m or from 10 m on, are stored as none.
+    """
     stored = np.zeros(depth.shape, dtype=np.uint16)
-    seen = np.isfinite(depth) & (depth > 0.0) & (depth < _LONGEST)
-    values = _SCALE / depth[seen].astype(np.float64) + _OFFSET
-    stored[seen] = np.clip(np.round(values), 0, 65535).astype(np.uint16)
+    seen = np.isfinite(depth) & (depth >= _SHORTEST) & (depth < _LONGEST)
+    stored[seen] = np.round(_SCALE / depth[seen].astype(np.float64) + _OFFSET)
     return _HEADER.pack(0, _SCALE, _OFFSET) + _encoded(stored, 'PNG', compress_level=1)
 
 

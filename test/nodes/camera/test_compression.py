@@ -22,14 +22,26 @@ def test_colours_survive():
     assert len(jpeg(colour, 5)) < len(jpeg(colour, 100))
 
 
-def test_depths_survive():
-    """As compressed_depth_image_transport decodes them: by the two numbers of the header."""
-    depth = np.array([[0.3, 1.0, 2.5], [9.0, np.inf, np.nan]], np.float32)
-    content = depth_as_png(depth)
+def decoded(content):
+    """Return depths [m] as compressed_depth_image_transport's codec.cpp decodes them."""
     kind, scale, offset = struct.unpack_from('<iff', content)
-    stored = np.asarray(Image.open(BytesIO(content[12:]))).astype(float)
     assert kind == 0
-    assert (stored[1, 1:] == 0).all()
-    read = scale / (stored - offset)
+    stored = np.asarray(Image.open(BytesIO(content[12:]))).astype(float)
+    return np.where(stored == 0, np.nan, scale / (stored - offset))
+
+
+def test_depths_survive():
+    """By the two numbers of the header; what is not finite is no depth."""
+    depth = np.array([[0.3, 1.0, 2.5], [9.0, np.inf, -np.inf]], np.float32)
+    read = decoded(depth_as_png(depth))
     assert read[0] == pytest.approx(depth[0], rel=1e-3)
     assert read[1, 0] == pytest.approx(9.0, rel=1e-2)
+    assert np.isnan(read[1, 1:]).all()
+
+
+def test_depths_that_do_not_fit_are_none():
+    """An obstacle that is nearer than 16 bits can express must not look farther away."""
+    near = np.array([[0.1, 0.15, 0.1517, 0.1519]], np.float32)
+    read = decoded(depth_as_png(near))[0]
+    assert np.isnan(read[:3]).all()
+    assert read[3] == pytest.approx(near[0, 3], rel=1e-4)
