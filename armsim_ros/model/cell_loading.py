@@ -41,6 +41,7 @@ from armsim_ros.model.description.ros2_control import plugin_parameters
 from armsim_ros.model.description.xacro_text import describe, Description, read_description
 from armsim_ros.model.loading import survey_robot_model
 from armsim_ros.model.robot_model import RobotModel
+from armsim_ros.model.transforms import inverse_pose, pose_matrix, rpy_from_matrix
 from armsim_ros.model.world_objects import (
     initial_positions,
     START_KEYS,
@@ -190,7 +191,7 @@ class _CellReader:
                 self._problems += [replace(problem, where=problem.where or here)
                                    for problem in error.problems]
                 continue
-            settings[name] = found
+            settings[name] = found if model is None else _with_cameras_on_links(found, model)
             if model is not None:
                 placed[name] = self._placed(name, entry, found, model)
         for name, text in clashes(placed):
@@ -291,3 +292,22 @@ class _CellReader:
 def _with_rate(settings: RobotSettings, rate: int) -> RobotSettings:
     manager = settings.controller_manager.model_copy(update={'update_rate': rate})
     return settings.model_copy(update={'controller_manager': manager})
+
+
+def _with_cameras_on_links(settings: RobotSettings, model: RobotModel) -> RobotSettings:
+    """
+    Mount the cameras of the robot's parent frame on its root link.
+
+    A cell has no parent frames, and a camera sees its robot wherever the cell places it.
+    """
+    simulation = settings.simulation
+    to_root = inverse_pose(pose_matrix(simulation.placement.xyz, simulation.placement.rpy))
+    cameras = dict(simulation.cameras)
+    for name, camera in simulation.cameras.items():
+        if camera.link and camera.link == model.parent_frame:
+            pose = to_root @ pose_matrix(camera.xyz, camera.rpy)
+            cameras[name] = camera.model_copy(update={
+                'link': model.root_link, 'xyz': tuple(pose[:3, 3].tolist()),
+                'rpy': tuple(rpy_from_matrix(pose[:3, :3]).tolist())})
+    return settings.model_copy(update={
+        'simulation': simulation.model_copy(update={'cameras': cameras})})

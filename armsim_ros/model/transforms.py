@@ -196,3 +196,8 @@ def euler_xyz(rotation: Matrix) -> Matrix:
         math.atan2(-rotation[1, 2], rotation[2, 2]), y,
         math.atan2(-rotation[0, 1], rotation[0, 0]),
     ])
+
+
+def rpy_from_matrix(rotation: Matrix) -> Matrix:
+    """Return URDF's roll, pitch, yaw (3,) [rad] of a rotation (3, 3)."""
+    return -euler_xyz(rotation.T)

@@ -101,7 +101,8 @@ def _camera(name: str, settings: CameraSettings, model: RobotModel) -> Camera:
         if link not in (*links, model.parent_frame):
             raise SimulationError(
                 f"camera '{name}' sits on '{link}', which is not a link of robot '{model.name}'; "
-                + (nearest(link, links) or 'see its URDF'))
+                + (nearest(link, links) or 'see its URDF; for a camera beside the robot add a '
+                   'virtual_joint with this parent_frame to its SRDF'))
         body = f'{model.name}/{link}' if link in links else 'world'
         mount = pose_matrix(settings.xyz, settings.rpy) @ TO_OPTICAL
     return Camera(

@@ -13,8 +13,10 @@ from armsim_ros.model.cell_loading import load_cell, survey_cell
 from armsim_ros.model.description.urdf import parse_urdf
 from armsim_ros.model.description.xml_tree import parse_xml, xml_text
 from armsim_ros.model.loading import load_robot_model
+from armsim_ros.model.transforms import inverse_pose, pose_matrix
 from armsim_ros.model.tree import link_poses
 from armsim_ros.resources import cell_names, find_robot, PACKAGE, share_folder
+from armsim_ros.sim.camera import cameras_of
 
 TWO = 'robots:\n  left: {robot: bot, xyz: [0, 0.25, 0]}\n  right: {robot: bot, xyz: [0, -1, 0]}\n'
 
@@ -77,6 +79,29 @@ def test_without_a_place_its_own_counts(cell):
     found = cell.load()
     base = link_poses(found.model, {})[found.robots[0].model.root_link]
     assert base[2, 3] == pytest.approx(0.14)
+
+
+VIRTUAL = ('<virtual_joint name="v" type="fixed" parent_frame="world" '
+           'child_link="base_link"/></robot>')
+
+
+def test_a_camera_beside_a_robot_moves_with_it(cell):
+    """It sees the robot as it does alone, wherever the cell places the robot."""
+    srdf = cell.folder / 'bot' / 'bot.srdf'
+    srdf.write_text(srdf.read_text().replace('</robot>', VIRTUAL))
+    with (cell.folder / 'bot' / 'simulation.yaml').open('a') as file:
+        file.write('placement: {xyz: [0, 0, 0.5], rpy: [0, 0, 1.5]}\ncameras:\n'
+                   '  front: {link: world, xyz: [1.5, 0, 1.6], rpy: [0, 0.3, 3.1]}\n')
+    cell.write('robots.yaml', 'robots: {left: {robot: bot, xyz: [0, 2, 0], rpy: [0, 0.5, 0]}}')
+    alone = load_cell(str(cell.folder / 'bot'))
+    (camera,) = cameras_of(alone.settings.simulation.cameras, alone.model)
+    assert camera.body == 'world'
+    placement = alone.settings.simulation.placement
+    of_base = inverse_pose(pose_matrix(placement.xyz, placement.rpy)) @ camera.optical_pose
+    whole = cell.load()
+    (camera,) = cameras_of(whole.settings.simulation.cameras, whole.model)
+    assert (camera.name, camera.parent) == ('left_front', 'left_base_link')
+    np.testing.assert_allclose(camera.optical_pose, of_base, atol=1e-12)
 
 
 @pytest.mark.parametrize('name', cell_names())

@@ -27,6 +27,14 @@ def test_a_rotation_has_one_quaternion(roll, pitch, yaw):
 
 
 @QUICK
+@given(ANGLE, ANGLE | st.sampled_from([math.pi / 2, -math.pi / 2]), ANGLE)
+def test_a_rotation_has_roll_pitch_and_yaw(roll, pitch, yaw):
+    """Other angles may be found, of the same rotation."""
+    matrix = tf.matrix_from_rpy((roll, pitch, yaw))
+    assert tf.matrix_from_rpy(tf.rpy_from_matrix(matrix)) == pytest.approx(matrix, abs=1e-8)
+
+
+@QUICK
 @given(ANGLE, ANGLE, ANGLE, ANGLE)
 def test_an_inverse_undoes(roll, pitch, yaw, x):
     """A pose times its inverse is the identity."""
