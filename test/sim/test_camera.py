@@ -64,7 +64,8 @@ def test_a_camera_may_stand_in_the_world(sunday):
 @pytest.mark.parametrize(('name', 'settings', 'text'), [
     ('front', {}, "has no link 'front_color_optical_frame'; give with 'link'"),
     ('front', {'link': 'link_55'}, "'link_55', which is not a link .*'link_5'"),
-    ('front', {'link': 'map'}, "'map', which is not a link .*virtual_joint with this parent_frame"),
+    ('front', {'link': 'map'},
+     "'map', which is not a link .*virtual_joint with this parent_frame"),
     ('camera', {'link': 'link_5'}, "has the link 'camera_link' already; leave 'link' out"),
 ])
 def test_a_camera_that_cannot_sit_there_is_refused(sunday, name, settings, text):
