@@ -48,7 +48,8 @@ class KeyedSettings(Settings):
 
 
 def parameter(
-    default: Any = ..., description: str = '', *, read_only: bool = False, **constraints: Any
+    default: Any = ..., description: str = '', *, read_only: bool = False,
+    on_configure: bool = False, **constraints: Any
 ) -> Any:
     """
     Declare a field that is also a ROS parameter.
@@ -56,16 +57,22 @@ def parameter(
     :param default: the default; ``...`` where the user must give a value.
     :param description: what it means, with the unit in brackets.
     :param read_only: whether it keeps its value after the controller was loaded.
+    :param on_configure: whether a new value takes effect when the controller is configured.
     :param constraints: pydantic's ``ge``, ``gt``, ``le``, ``lt``, ``alias`` ...
     """
     return Field(
-        default, description=description, json_schema_extra={'read_only': read_only}, **constraints
-    )
+        default, description=description,
+        json_schema_extra={'read_only': read_only, 'on_configure': on_configure}, **constraints)
 
 
 def fixed(default: Any = ..., description: str = '', **constraints: Any) -> Any:
     """Declare a field whose ROS parameter keeps its value after the controller was loaded."""
     return parameter(default, description, read_only=True, **constraints)
+
+
+def configured(default: Any = ..., description: str = '', **constraints: Any) -> Any:
+    """Declare a field whose ROS parameter takes effect when the controller is configured."""
+    return parameter(default, description, on_configure=True, **constraints)
 
 
 def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -17,12 +17,10 @@ from enum import Enum
 import math
 from typing import Any, ClassVar, Generic, TypeVar
 
-from pydantic import ValidationError
-
 from armsim_ros.config.base import Settings
 from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.mailbox import ControllerEvent, EventQueue
-from armsim_ros.errors import ControllerError, nearest
+from armsim_ros.control.parameter_changes import changed, in_effect
 from armsim_ros.model.robot_model import RobotModel
 
 TOLERANCE_NS = 1_000
@@ -76,72 +74,6 @@ class Rate:
         return False
 
 
-SettingsT = TypeVar('SettingsT', bound=Settings)
-
-
-def changed(current: SettingsT, changes: Settings | Mapping[str, Any]) -> SettingsT:
-    """
-    Return new parameters; the current ones stay as they are.
-
-    :param changes: all parameters anew, or only those that change, by their dotted names.
-    :raises ControllerError: an unknown name, a value out of range, a read-only parameter.
-    """
-    if isinstance(changes, Settings):
-        new = type(current).model_validate(changes.model_dump())
-    else:
-        values = current.model_dump()
-        for name, value in changes.items():
-            _set(values, name, value)
-        try:
-            new = type(current).model_validate(values)
-        except ValidationError as error:
-            raise ControllerError('; '.join(map(describe, error.errors()))) from None
-    for name in _read_only_changes(current, new):
-        raise ControllerError(f"parameter '{name}' is read-only once the controller is loaded")
-    return new
-
-
-def describe(error: Mapping[str, Any]) -> str:
-    """Return an error of pydantic as a phrase that names the parameter."""
-    name = '.'.join(map(str, error['loc']))
-    text = str(error['msg']).removeprefix('Value error, ')
-    return f"parameter '{name}': {text}" if name else text
-
-
-def _set(values: dict[str, Any], name: str, value: object) -> None:
-    block, rest = values, name
-    while rest not in block:
-        heads = [k for k in block if rest.startswith(f'{k}.') and isinstance(block[k], dict)]
-        if not heads:
-            hint = nearest(rest, tuple(block))
-            raise ControllerError(f"no parameter '{name}'{'; ' if hint else ''}{hint}")
-        head = max(heads, key=len)
-        block, rest = block[head], rest[len(head) + 1 :]
-    block[rest] = value
-
-
-def _read_only_changes(old: Settings, new: Settings, prefix: str = '') -> list[str]:
-    found: list[str] = []
-    for name, field in type(old).model_fields.items():
-        before, after = getattr(old, name), getattr(new, name)
-        extra = field.json_schema_extra
-        if before == after:
-            continue
-        if isinstance(extra, dict) and extra.get('read_only'):
-            found.append(prefix + name)
-        elif isinstance(before, Settings):
-            found += _read_only_changes(before, after, f'{prefix}{name}.')
-        elif isinstance(before, dict):
-            for key in before:
-                if isinstance(before[key], Settings):
-                    found += _read_only_changes(before[key], after[key], f'{prefix}{name}.{key}.')
-    for key, before in (old.__pydantic_extra__ or {}).items():
-        after = (new.__pydantic_extra__ or {}).get(key)
-        if isinstance(before, Settings) and isinstance(after, Settings):
-            found += _read_only_changes(before, after, f'{prefix}{key}.')
-    return found
-
-
 ParametersT = TypeVar('ParametersT', bound=Settings)
 
 NEVER_NS = 2**62
@@ -181,7 +113,7 @@ class Controller(ABC, Generic[ParametersT]):
 
     :param name: as in the manager's parameters.
     :param type: the type under which it was loaded.
-    :param parameters: checked; replaced as a whole when any changes.
+    :param parameters: checked; replaced as a whole when any of those in effect changes.
     """
 
     parameters_class: ClassVar[type[Settings]]
@@ -203,6 +135,7 @@ class Controller(ABC, Generic[ParametersT]):
         context: ControllerContext,
     ) -> None:
         self.name, self.type, self.parameters, self.context = name, type, parameters, context
+        self._requested = parameters
         self.state = LifecycleState.UNCONFIGURED
         self.events = EventQueue(name)
         self.time_ns = 0
@@ -362,13 +295,20 @@ class Controller(ABC, Generic[ParametersT]):
         """
         Replace the parameters; the next update works with the new ones.
 
+        Those that only configure takes over wait for :meth:`take_parameters`.
+
         :param changes: all parameters, or some by their dotted names.
         :raises ControllerError: the change is not allowed, and nothing was changed.
         """
-        new = changed(self.parameters, changes)
+        new = changed(self._requested, changes)
         self.check_parameters(new)
-        self.parameters = new
+        self._requested = new
+        self.parameters = in_effect(self.parameters, new)
         self.context.wake()
+
+    def take_parameters(self) -> None:
+        """Have all parameters take effect, as a controller that is being configured does."""
+        self.parameters = self._requested
 
     def check_parameters(self, parameters: ParametersT) -> None:
         """Check parameters that are about to be set; ControllerError refuses them."""

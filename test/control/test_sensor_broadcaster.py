@@ -82,6 +82,20 @@ def test_the_effort_of_a_joint_as_a_torque(rig):
     np.testing.assert_array_equal(sample.values, [np.nan] * 5 + [2.5])
 
 
+def test_another_sensor_from_configure_on(rig):
+    """Re-enacts force_torque_sensor_broadcaster.cpp: configure reads names, update the offset."""
+    made, broadcaster = active(
+        rig, WRENCH, FORCES, sensor_name='wrist', frame_id='tool', publish_rate=0.0)
+    broadcaster.set_parameters({
+        'sensor_name': '', 'interface_names.force.z': 'a/position', 'offset.force.z': 10.0})
+    made.step()
+    (sample,) = samples(broadcaster)
+    np.testing.assert_allclose(sample.values, [1.0, 2.0, 13.0, 4.0, 5.0, 6.0])
+    made.manager.switch(deactivate=['sensor'])
+    made.manager.configure('sensor')
+    assert broadcaster.required_state_interfaces == ('a/position',)
+
+
 @pytest.mark.parametrize(('kind', 'parameters', 'words'), [
     (WRENCH, {'frame_id': 'tool'}, "'sensor_name'"),
     (WRENCH, {'sensor_name': 'wrist'}, "'frame_id'"),

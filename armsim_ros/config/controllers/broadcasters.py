@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings
+from armsim_ros.config.base import configured, ControllerParameters, fixed, parameter, Settings
 
 
 class ExtraJoint(Settings):
@@ -94,9 +94,9 @@ class BroadcasterParameters(ControllerParameters):
 class AxisNames(Settings):
     """State interfaces of three axes; '' for an axis that is not measured."""
 
-    x: str = fixed('', 'state interface')
-    y: str = fixed('', 'state interface')
-    z: str = fixed('', 'state interface')
+    x: str = parameter('', 'state interface')
+    y: str = parameter('', 'state interface')
+    z: str = parameter('', 'state interface')
 
     @property
     def all(self) -> tuple[str, str, str]:
@@ -107,8 +107,8 @@ class AxisNames(Settings):
 class WrenchNames(Settings):
     """State interfaces of a wrench."""
 
-    force: AxisNames = fixed(AxisNames(), 'of the force')
-    torque: AxisNames = fixed(AxisNames(), 'of the torque')
+    force: AxisNames = parameter(AxisNames(), 'of the force')
+    torque: AxisNames = parameter(AxisNames(), 'of the torque')
 
 
 class Offsets(Settings):
@@ -144,10 +144,10 @@ class WrenchMultipliers(Settings):
 class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``."""
 
-    sensor_name: str = fixed('', 'sensor with all six interfaces')
-    interface_names: WrenchNames = fixed(
+    sensor_name: str = configured('', 'sensor with all six interfaces')
+    interface_names: WrenchNames = configured(
         WrenchNames(), 'state interfaces, in place of sensor_name')
-    frame_id: str = fixed('', 'frame in the header')
+    frame_id: str = configured('', 'frame in the header')
     offset: WrenchOffsets = parameter(WrenchOffsets(), 'added to what is measured')
     multiplier: WrenchMultipliers = parameter(WrenchMultipliers(), 'factors after the offsets')
     sensor_filter_chain: dict[str, Any] = fixed({}, 'has no effect: wrench_filtered is wrench')
@@ -177,13 +177,13 @@ class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
 class IMUSensorBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``imu_sensor_broadcaster/IMUSensorBroadcaster``."""
 
-    sensor_name: str = fixed('', 'sensor')
-    frame_id: str = fixed('', 'frame in the header')
-    static_covariance_orientation: tuple[float, ...] = fixed(
+    sensor_name: str = configured('', 'sensor')
+    frame_id: str = configured('', 'frame in the header')
+    static_covariance_orientation: tuple[float, ...] = configured(
         (0.0,) * 9, 'covariance (9,) [rad^2]', min_length=9, max_length=9)
-    static_covariance_angular_velocity: tuple[float, ...] = fixed(
+    static_covariance_angular_velocity: tuple[float, ...] = configured(
         (0.0,) * 9, 'covariance (9,) [rad^2/s^2]', min_length=9, max_length=9)
-    static_covariance_linear_acceleration: tuple[float, ...] = fixed(
+    static_covariance_linear_acceleration: tuple[float, ...] = configured(
         (0.0,) * 9, 'covariance (9,) [m^2/s^4]', min_length=9, max_length=9)
 
     @property
@@ -201,17 +201,17 @@ class IMUSensorBroadcasterParameters(BroadcasterParameters):
 class PoseTransform(Settings):
     """The transform that a pose broadcaster sends."""
 
-    enable: bool = fixed(True, 'send the pose on /tf, too')
-    child_frame_id: str = fixed('', 'its frame; empty is pose_name')
-    publish_rate: float = fixed(0.0, 'transforms a second, 0 is with each pose [Hz]', ge=0.0)
+    enable: bool = parameter(True, 'send the pose on /tf, too')
+    child_frame_id: str = parameter('', 'its frame; empty is pose_name')
+    publish_rate: float = parameter(0.0, 'transforms a second, 0 is with each pose [Hz]', ge=0.0)
 
 
 class PoseBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``pose_broadcaster/PoseBroadcaster``."""
 
-    pose_name: str = fixed('', 'sensor')
-    frame_id: str = fixed('', 'frame in the header')
-    tf: PoseTransform = parameter(PoseTransform(), 'the transform')
+    pose_name: str = configured('', 'sensor')
+    frame_id: str = configured('', 'frame in the header')
+    tf: PoseTransform = configured(PoseTransform(), 'the transform')
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -227,8 +227,9 @@ class PoseBroadcasterParameters(BroadcasterParameters):
 class SpeedScalingStateBroadcasterParameters(BroadcasterParameters):
     """Parameters of ``ur_controllers/SpeedScalingStateBroadcaster``."""
 
-    state_publish_rate: float = fixed(100.0, 'messages a second [Hz]', gt=0.0, allow_inf_nan=False)
-    tf_prefix: str = fixed('', "before the interface's name")
+    state_publish_rate: float = configured(
+        100.0, 'messages a second [Hz]', gt=0.0, allow_inf_nan=False)
+    tf_prefix: str = configured('', "before the interface's name")
 
     @property
     def interfaces(self) -> tuple[str, ...]:

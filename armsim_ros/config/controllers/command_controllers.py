@@ -9,7 +9,14 @@ from typing import ClassVar, Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings, unique_names
+from armsim_ros.config.base import (
+    configured,
+    ControllerParameters,
+    fixed,
+    parameter,
+    Settings,
+    unique_names,
+)
 from armsim_ros.config.controllers.broadcasters import BroadcasterParameters
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.errors import nearest
@@ -44,7 +51,7 @@ class JointGroupParameters(ForwardParameters):
     """Parameters of a group of joints with the interface that the type's name gives."""
 
     interface: ClassVar[str] = POSITION
-    joints: tuple[str, ...] = fixed((), 'commanded joints, in the order of the values')
+    joints: tuple[str, ...] = configured((), 'commanded joints, in the order of the values')
 
     @field_validator('joints')
     @classmethod
@@ -83,7 +90,7 @@ class JointGroupEffortControllerParameters(JointGroupParameters):
 class ForwardCommandControllerParameters(JointGroupParameters):
     """Parameters of ``forward_command_controller/ForwardCommandController``."""
 
-    interface_name: str = fixed('', 'interface that is commanded')
+    interface_name: str = configured('', 'interface that is commanded')
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
@@ -99,8 +106,8 @@ class ForwardCommandControllerParameters(JointGroupParameters):
 class MultiInterfaceForwardCommandControllerParameters(ForwardParameters):
     """Parameters of ``forward_command_controller/MultiInterfaceForwardCommandController``."""
 
-    joint: str = fixed('', 'commanded joint')
-    interface_names: tuple[str, ...] = fixed(
+    joint: str = configured('', 'commanded joint')
+    interface_names: tuple[str, ...] = configured(
         (), 'commanded interfaces, in the order of the values')
 
     @field_validator('interface_names')
@@ -125,7 +132,7 @@ class JointParameters(ForwardParameters):
     """Parameters of ROS 1's controllers of a single joint; the type's name gives its interface."""
 
     interface: ClassVar[str] = POSITION
-    joint: str = fixed('', 'commanded joint')
+    joint: str = configured('', 'commanded joint')
 
     @property
     def targets(self) -> tuple[tuple[str, str], ...]:
@@ -230,7 +237,7 @@ class FramedSettings(Settings):
 class ForceTorqueSettings(FramedSettings):
     """The sensor."""
 
-    name: str = fixed('', 'force-torque sensor with all six interfaces')
+    name: str = configured('', 'force-torque sensor with all six interfaces')
     filter_coefficient: float = parameter(
         0.05, 'share of the newest measurement in the filtered value', gt=0.0, le=1.0)
 
@@ -238,10 +245,10 @@ class ForceTorqueSettings(FramedSettings):
 class AdmittanceKinematics(Settings):
     """From joints to links."""
 
-    plugin_name: str = fixed('', "has no effect: the robot's own model is used")
-    plugin_package: str = fixed('', "has no effect: the robot's own model is used")
-    base: str = fixed('', 'link in whose axes forces and motion are given')
-    tip: str = fixed('', 'link at the end of the joints')
+    plugin_name: str = configured('', "has no effect: the robot's own model is used")
+    plugin_package: str = configured('', "has no effect: the robot's own model is used")
+    base: str = configured('', 'link in whose axes forces and motion are given')
+    tip: str = configured('', 'link at the end of the joints')
     alpha: float = parameter(0.01, 'damping of the inverse Jacobian', ge=0.0)
 
 

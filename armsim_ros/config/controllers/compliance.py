@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings
+from armsim_ros.config.base import configured, ControllerParameters, fixed, parameter, Settings
 
 _MOST = 5000.0
 
@@ -272,9 +272,9 @@ class CartesianAdmittanceControllerParameters(_ComplianceParameters):
 class TipBroadcasterParameters(ControllerParameters):
     """What the broadcasters of the tip have; upstream's messages have these frames."""
 
-    joints: tuple[str, ...] = fixed((), 'joints before the link')
-    end_effector_frame: str = fixed('', 'the link')
-    base_frame: str = fixed('', 'frame of poses')
+    joints: tuple[str, ...] = configured((), 'joints before the link')
+    end_effector_frame: str = configured('', 'the link')
+    base_frame: str = configured('', 'frame of poses')
     publish_frequency: float = fixed(250.0, 'messages a second, 0 is each update [Hz]', ge=0.0)
 
 
@@ -330,14 +330,14 @@ class NetForceParameters(ControllerParameters):
     # Two names have slashes.
     model_config = ConfigDict(populate_by_name=True)
 
-    robot_base_link: str = fixed('', 'link before the joints')
-    end_effector_link: str = fixed('', 'link that is controlled')
-    joints: tuple[str, ...] = fixed((), 'controlled joints')
-    command_interfaces: tuple[Literal['position', 'velocity'], ...] = fixed(
+    robot_base_link: str = configured('', 'link before the joints')
+    end_effector_link: str = configured('', 'link that is controlled')
+    joints: tuple[str, ...] = configured((), 'controlled joints')
+    command_interfaces: tuple[Literal['position', 'velocity'], ...] = configured(
         (), 'interfaces to claim')
     ik_solver: Literal[
         'forward_dynamics', 'jacobian_transpose', 'damped_least_squares',
-        'selectively_damped_least_squares'] = fixed(
+        'selectively_damped_least_squares'] = configured(
             'forward_dynamics', 'how a net force moves the joints')
     solver: SolverSettings = parameter(SolverSettings(), 'from a net force to the joints')
     link_mass: float = parameter(0.1, 'mass of the links of the internal model [kg]', gt=0.0,
@@ -366,7 +366,7 @@ class CartesianMotionControllerParameters(NetForceParameters):
 class CartesianForceControllerParameters(NetForceParameters):
     """Parameters of ``cartesian_force_controller/CartesianForceController``."""
 
-    ft_sensor_ref_link: str = fixed('', 'link of the sensor')
+    ft_sensor_ref_link: str = configured('', 'link of the sensor')
     hand_frame_control: bool = parameter(
         True, "whether target_wrench is in the axes of end_effector_link, not in the base link's")
 
@@ -379,7 +379,7 @@ class CartesianForceControllerParameters(NetForceParameters):
 class CartesianComplianceControllerParameters(CartesianForceControllerParameters):
     """Parameters of ``cartesian_compliance_controller/CartesianComplianceController``."""
 
-    compliance_ref_link: str = fixed('', 'link in whose axes it yields')
+    compliance_ref_link: str = configured('', 'link in whose axes it yields')
     stiffness: StiffnessSettings = parameter(StiffnessSettings(), 'springs to the target')
 
     @property

@@ -11,7 +11,14 @@ from typing import Literal
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import ControllerParameters, fixed, parameter, Settings, unique_names
+from armsim_ros.config.base import (
+    configured,
+    ControllerParameters,
+    fixed,
+    parameter,
+    Settings,
+    unique_names,
+)
 
 _PART_OF_A_TOPIC = re.compile(r'[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
 
@@ -79,7 +86,7 @@ class PidControllerParameters(ControllerParameters):
     command_interface: str = fixed('', 'interface that is commanded')
     reference_and_state_interfaces: tuple[str, ...] = fixed(
         (), 'what is controlled, and its derivative', max_length=2)
-    use_external_measured_states: bool = fixed(
+    use_external_measured_states: bool = configured(
         False, 'take the states from ~/measured_state instead of state interfaces')
     enable_feedforward: bool = parameter(False, 'add feedforward_gain times the reference')
     set_current_state_as_first_setpoint: bool = parameter(

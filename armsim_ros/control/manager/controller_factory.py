@@ -45,8 +45,9 @@ from armsim_ros.control.compliance.net_force_controllers import (
     CartesianForceController,
     CartesianMotionController,
 )
-from armsim_ros.control.controller import Controller, ControllerContext, describe
+from armsim_ros.control.controller import Controller, ControllerContext
 from armsim_ros.control.joint_state_broadcaster import JointStateBroadcaster
+from armsim_ros.control.parameter_changes import describe
 from armsim_ros.control.trajectory.joint_trajectory_controller import (
     JointTrajectoryController,
     PassthroughTrajectoryController,

@@ -148,6 +148,7 @@ class ControllerManager:
             controller.state = LifecycleState.UNCONFIGURED
             self._changes += 1
             withdraw(controller, self.hardware)
+            controller.take_parameters()
             controller.configure()
             require_unique_interfaces(controller)
             controller.warn_of_rate()

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
-from controller_manager_msgs.srv import ListControllers, ListControllerTypes
+from controller_manager_msgs.srv import ConfigureController, ListControllers, ListControllerTypes
 import numpy as np
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from std_msgs.msg import Float64MultiArray
-from streaming_bench import ARM, beside, JOINTS, MANAGER, Streamed
+from streaming_bench import ARM, beside, JOINTS, MANAGER, NAMESPACE, Streamed
 
 statement = pytest.mark.statement
 
@@ -37,6 +39,29 @@ def test_claims_and_topic(arm: Streamed) -> None:
     assert list(state.claimed_interfaces) == [f'{joint}/velocity' for joint in JOINTS]
     (topic,) = arm.client.node.get_subscriptions_info_by_topic('/sunday/velocity_stream/commands')
     assert topic.topic_type == 'std_msgs/msg/Float64MultiArray'
+
+
+@pytest.mark.parametrize('joints', [JOINTS[2:3], JOINTS[:2]])
+def test_other_joints_from_configure_on(arm: Streamed, joints: tuple[str, ...]) -> None:
+    """The parameter can be set; configure takes it over (forward_command_controller.cpp)."""
+    name = 'named_stream'
+    request = SetParameters.Request(
+        parameters=[Parameter('joints', value=list(joints)).to_parameter_msg()])
+    (result,) = arm.client.call(
+        f'{NAMESPACE}/{name}/set_parameters', SetParameters, request).results
+    assert result.successful, result.reason
+    required = [f'{joint}/position' for joint in joints]
+    assert required_of(arm, name) != required
+    assert arm.client.call(f'{MANAGER}/configure_controller', ConfigureController,
+                           ConfigureController.Request(name=name)).ok
+    assert required_of(arm, name) == required
+
+
+def required_of(arm: Streamed, name: str) -> list[str]:
+    """Return the command interfaces that a controller needs."""
+    answer = arm.client.call(f'{MANAGER}/list_controllers', ListControllers)
+    (state,) = [one for one in answer.controller if one.name == name]
+    return list(state.required_command_interfaces)
 
 
 @statement('FWD-4', 'FWD-9')

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forward controllers: what they pass on, what they drop, how they hand over."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,50 @@ def test_empty_parameter(rig, type, parameters, missing):  # noqa: A002
     """A parameter that is needed and empty lets configure fail, by its name."""
     with pytest.raises(ControllerError, match=f"'{missing}'"):
         rig().load('stream', type, **parameters)
+
+
+@pytest.mark.parametrize(
+    ('type', 'changes', 'claimed'),
+    [
+        (FORWARD, {'joints': ['b', 'a'], 'interface_name': 'velocity'},
+         ('b/velocity', 'a/velocity')),
+        (MULTI, {'joint': 'b', 'interface_names': ['velocity', 'position']},
+         ('b/velocity', 'b/position')),
+        (GROUPS['effort'], {'joints': ['a']}, ('a/effort',)),
+        ('velocity_controllers/JointVelocityController', {'joint': 'a'}, ('a/velocity',)),
+    ],
+)
+def test_configured_with_parameters_that_were_set_after_loading(
+    rig, type, changes, claimed  # noqa: A002
+):
+    """
+    A controller that was loaded without joints gets them before it is configured.
+
+    forward_command_controller/test/test_forward_command_controller.cpp: ConfigureParamsSuccess.
+    """
+    made = rig()
+    controller = made.manager.load(SimpleNamespace(name='stream', type=type, parameters={}))
+    controller.set_parameters(changes)
+    made.manager.configure('stream')
+    assert controller.required_command_interfaces == claimed
+    assert made.manager.switch(activate=['stream']).ok
+
+
+def test_joints_that_are_set_while_it_is_active_wait_for_configure(rig):
+    """The claimed joints follow on (forward_command_controller.cpp, read_parameters)."""
+    made = rig()
+    controller = made.load('stream', FORWARD, joints=['a', 'b'], interface_name='position')
+    assert made.manager.switch(activate=['stream']).ok
+    controller.set_parameters({'joints': ['b']})
+    assert controller.receive([0.01, 0.02]) == ''
+    made.step()
+    np.testing.assert_allclose(made.hardware.command.position, [0.01, 0.02])
+    assert made.manager.switch(deactivate=['stream']).ok
+    assert made.manager.switch(activate=['stream']).ok
+    assert controller.joints == ('a', 'b')
+    assert made.manager.switch(deactivate=['stream']).ok
+    made.manager.configure('stream')
+    assert controller.joints == ('b',)
 
 
 @pytest.mark.parametrize('joint', ['a', 'nowhere'])

@@ -229,6 +229,16 @@ def test_missing_parameters(rig, changes, missing):
         rig().load('loop', PID, **{**good, **changes})
 
 
+def test_the_source_of_states_changes_with_configure(loop):
+    """Re-enacts pid_controller.cpp: on_configure subscribes to external measured states."""
+    made, controller = loop()
+    controller.set_parameters({'use_external_measured_states': True})
+    assert controller.required_state_interfaces == ('a/position', 'b/position')
+    assert made.manager.switch(deactivate=['loop']).ok
+    made.manager.configure('loop')
+    assert controller.required_state_interfaces == ()
+
+
 def test_exported_states(loop):
     """What it measures can be read by others under its name."""
     made, _ = loop()

@@ -94,9 +94,9 @@ def test_two_publishers_of_a_target_are_ignored(node):
 def test_the_tip_is_published(node):
     """The pose in the base frame, the twist in the tip's."""
     frames = {'end_effector_frame': 'tool', 'base_frame': 'base'}
-    TipTopic(node, CrispPoseBroadcasterParameters(**frames)).publish(
+    TipTopic(node, lambda: CrispPoseBroadcasterParameters(**frames)).publish(
         SensorSample(1_500_000_000, np.array([1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0])))
-    TipTopic(node, CrispTwistBroadcasterParameters(**frames)).publish(
+    TipTopic(node, lambda: CrispTwistBroadcasterParameters(**frames)).publish(
         SensorSample(0, np.arange(6.0)))
     (pose,), (twist,) = node.published['current_pose'], node.published['current_twist']
     assert (pose.header.frame_id, pose.header.stamp.sec, pose.pose.position.z) == ('base', 1, 3.0)

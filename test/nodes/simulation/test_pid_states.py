@@ -16,7 +16,7 @@ from rclpy.node import Node
 
 from armsim_ros.config.controllers.pid_controller import DofGains, PidControllerParameters
 from armsim_ros.control.command_controllers.pid_controller import PidSnapshot
-from armsim_ros.nodes.simulation.controllers.state_topics import PidStates
+from armsim_ros.nodes.simulation.controllers.state_topics import PidStates, PidTopics
 
 SNAPSHOT = PidSnapshot(
     1_500_000_000, ('a', 'b'), np.zeros((1, 2)), np.zeros((1, 2)),
@@ -61,3 +61,16 @@ def test_the_parts_of_a_command_where_its_gains_ask_for_them(node: Node) -> None
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1, 500_000_000)
     assert message.timestep.nanosec == 250_000_000
     assert '/loop/a/pid_state' not in dict(node.get_topic_names_and_types())
+
+
+def test_measured_states_are_taken_while_they_are_external(node: Node) -> None:
+    """The topic follows the parameter (pid_controller.cpp, on_configure)."""
+    controller = SimpleNamespace(parameters=PidControllerParameters())
+    topics = PidTopics(node, controller)  # type: ignore[arg-type]
+    assert node.count_subscribers('~/measured_state') == 0
+    controller.parameters = PidControllerParameters(use_external_measured_states=True)
+    topics.follow_parameters()
+    assert node.count_subscribers('~/measured_state') == 1
+    controller.parameters = PidControllerParameters()
+    topics.follow_parameters()
+    assert node.count_subscribers('~/measured_state') == 0

@@ -102,6 +102,13 @@ class ControllerNode:
     def _open(self, node: Node) -> None:
         """Create the endpoints of the controller's kind."""
 
+    def follow_parameters(self) -> None:
+        """
+        Adapt the endpoints, if there are any, to what the controller was configured with.
+
+        Only from the executor's thread.
+        """
+
     def declare_parameters(self) -> None:
         """Declare the controller's parameters; later changes go to the controller."""
         self._parameters = SettingsParameters(
@@ -279,9 +286,10 @@ class SensorBroadcasterNode(BroadcasterNode):
         if isinstance(controller, GpioCommandController):
             self._topics = GpioTopics(node, controller)
         elif isinstance(controller, TipBroadcaster):
-            self._topics = TipTopic(node, controller.parameters)
+            self._topics = TipTopic(node, lambda: controller.parameters)
         else:
-            self._topics = TOPICS[type(controller.parameters)](node, controller.parameters)
+            kind = TOPICS[type(controller.parameters)]
+            self._topics = kind(node, lambda: controller.parameters)
         if isinstance(controller, ForceTorqueSensorBroadcaster):
             self._service = tare_service(node, controller.tare)
 
@@ -311,6 +319,17 @@ class CommandedNode(ControllerNode):
             self._topics.publish(time_ns)
 
 
+class PidNode(CommandedNode):
+    """The PID controller."""
+
+    _topics: PidTopics
+
+    def follow_parameters(self) -> None:
+        """Take measured states from where the parameters say."""
+        if self.opened:
+            self._topics.follow_parameters()
+
+
 class StandInNode(ControllerNode):
     """A replacement of a vendor's controller; that of a speed scaling broadcaster publishes."""
 
@@ -336,6 +355,7 @@ _KINDS: tuple[tuple[type[Controller[Any]], Callable[..., ControllerNode]], ...] 
     (ParallelGripperController, GripperNode),
     (SensorBroadcaster, SensorBroadcasterNode),
     (TipBroadcaster, SensorBroadcasterNode),
+    (PidController, PidNode),
     (StandInController, StandInNode))
 
 

@@ -207,6 +207,7 @@ class ControllerRegistry(Mapping[str, ControllerNode]):
         :raises ControllerError: it cannot be configured.
         """
         self._manager.configure(name)
+        self._sides[name].follow_parameters()
         self.open_due()
 
     def open_due(self) -> None:

@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import partial
 import math
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped, Wrench, WrenchStamped
 from rclpy.node import Node
@@ -16,6 +17,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.broadcasters import (
     BroadcasterParameters,
     ForceTorqueSensorBroadcasterParameters,
@@ -105,7 +107,6 @@ class NetForceTopics:
     def __init__(self, node: Node, controller: NetForceController[Any]) -> None:
         self._controller = controller
         self._subscriptions: list[Any] = []
-        self._frame = controller.parameters.robot_base_link
         if controller.takes_poses:
             self._subscriptions.append(node.create_subscription(
                 PoseStamped, '~/target_frame', self._take_pose, qos.COMMAND))
@@ -135,29 +136,71 @@ class NetForceTopics:
                 parts = message.twist.linear, message.twist.angular
             if not publisher.wanted(time_ns):
                 continue
-            message.header.frame_id = self._frame
+            message.header.frame_id = self._controller.parameters.robot_base_link
             fill_time(message.header.stamp, time_ns)
             _fill_parts(parts, numbers)
             publisher.publish(message, time_ns)
 
 
-class TipTopic:
+ParametersT = TypeVar('ParametersT', bound=Settings)
+
+
+class SampleTopics(ABC, Generic[ParametersT]):
+    """
+    Topics on which a broadcaster's samples are published.
+
+    :param parameters: returns the broadcaster's parameters that are in effect.
+    """
+
+    def __init__(self, node: Node, parameters: Callable[[], ParametersT]) -> None:
+        self._node, self._parameters = node, parameters
+        self._taken: ParametersT | None = None
+        self._open(node)
+        self._follow()
+
+    @abstractmethod
+    def _open(self, node: Node) -> None:
+        """Create the publishers that are there whatever the parameters are."""
+
+    @abstractmethod
+    def _take(self, parameters: ParametersT) -> None:
+        """Publish with these parameters from now on."""
+
+    @abstractmethod
+    def _publish(self, sample: SensorSample) -> None:
+        """Publish a sample."""
+
+    def publish(self, sample: SensorSample) -> None:
+        """Publish a sample with the parameters that are in effect."""
+        self._follow()
+        self._publish(sample)
+
+    def _follow(self) -> None:
+        parameters = self._parameters()
+        if parameters is not self._taken:
+            self._taken = parameters
+            self._take(parameters)
+
+
+class TipTopic(SampleTopics[TipBroadcasterParameters]):
     """``current_pose`` or ``current_twist``."""
 
-    def __init__(self, node: Node, parameters: TipBroadcasterParameters) -> None:
+    def _open(self, node: Node) -> None:
         self._message: Any
-        if isinstance(parameters, CrispPoseBroadcasterParameters):
-            self._message, topic, frame = PoseStamped(), 'current_pose', parameters.base_frame
+        if isinstance(self._parameters(), CrispPoseBroadcasterParameters):
+            self._message, topic = PoseStamped(), 'current_pose'
             self._parts = self._message.pose.position, self._message.pose.orientation
         else:
             self._message, topic = TwistStamped(), 'current_twist'
-            frame = parameters.end_effector_frame
             self._parts = self._message.twist.linear, self._message.twist.angular
-        self._message.header.frame_id = frame
         self._publisher = WantedPublisher(node, type(self._message), topic, qos.STATE)
 
-    def publish(self, sample: SensorSample) -> None:
-        """Publish a sample."""
+    def _take(self, parameters: TipBroadcasterParameters) -> None:
+        of_pose = isinstance(parameters, CrispPoseBroadcasterParameters)
+        self._message.header.frame_id = (
+            parameters.base_frame if of_pose else parameters.end_effector_frame)
+
+    def _publish(self, sample: SensorSample) -> None:
         if not self._publisher.wanted(sample.time_ns):
             return
         fill_time(self._message.header.stamp, sample.time_ns)
@@ -185,17 +228,19 @@ def _numbers(wrench: Wrench) -> tuple[float, ...]:
     return force.x, force.y, force.z, torque.x, torque.y, torque.z
 
 
-class WrenchTopics:
+class WrenchTopics(SampleTopics[ForceTorqueSensorBroadcasterParameters]):
     """``~/wrench`` and, where there is a filter chain, messages on ``~/wrench_filtered``."""
 
-    def __init__(self, node: Node, parameters: ForceTorqueSensorBroadcasterParameters) -> None:
+    def _open(self, node: Node) -> None:
         self._publishers = [WantedPublisher(node, WrenchStamped, topic, qos.STATE)
                             for topic in ('~/wrench', '~/wrench_filtered')]
-        self._topics = 2 if parameters.sensor_filter_chain else 1
         self._message = WrenchStamped()
+
+    def _take(self, parameters: ForceTorqueSensorBroadcasterParameters) -> None:
+        self._topics = 2 if parameters.sensor_filter_chain else 1
         self._message.header.frame_id = parameters.frame_id
 
-    def publish(self, sample: SensorSample) -> None:
+    def _publish(self, sample: SensorSample) -> None:
         """Publish a sample: force, torque."""
         requested = [publisher for publisher in self._publishers[: self._topics]
                   if publisher.wanted(sample.time_ns)]
@@ -222,18 +267,20 @@ def tare_service(node: Node, tare: Callable[[], str]) -> Any:
     return node.create_service(Trigger, '~/tare', answer, qos_profile=qos.SERVICES)
 
 
-class ImuTopic:
+class ImuTopic(SampleTopics[IMUSensorBroadcasterParameters]):
     """``~/imu``."""
 
-    def __init__(self, node: Node, parameters: IMUSensorBroadcasterParameters) -> None:
+    def _open(self, node: Node) -> None:
         self._publisher = WantedPublisher(node, Imu, '~/imu', qos.STATE)
+
+    def _take(self, parameters: IMUSensorBroadcasterParameters) -> None:
         self._message = Imu(
             orientation_covariance=parameters.static_covariance_orientation,
             angular_velocity_covariance=parameters.static_covariance_angular_velocity,
             linear_acceleration_covariance=parameters.static_covariance_linear_acceleration)
         self._message.header.frame_id = parameters.frame_id
 
-    def publish(self, sample: SensorSample) -> None:
+    def _publish(self, sample: SensorSample) -> None:
         """Publish a sample: orientation, angular velocity, linear acceleration."""
         if not self._publisher.wanted(sample.time_ns):
             return
@@ -245,21 +292,27 @@ class ImuTopic:
         self._publisher.publish(message, sample.time_ns)
 
 
-class PoseTopics:
+class PoseTopics(SampleTopics[PoseBroadcasterParameters]):
     """``~/pose``, and the same as a transform."""
 
-    def __init__(self, node: Node, parameters: PoseBroadcasterParameters) -> None:
+    def _open(self, node: Node) -> None:
         self._publisher = WantedPublisher(node, PoseStamped, '~/pose', qos.STATE)
         self._message = PoseStamped()
         self._transform = TransformStamped()
+        self._transforms: Any = None
+
+    def _take(self, parameters: PoseBroadcasterParameters) -> None:
         self._transform.child_frame_id = parameters.tf.child_frame_id or parameters.pose_name
         self._message.header.frame_id = self._transform.header.frame_id = parameters.frame_id
-        self._transforms: Any = None
-        if parameters.tf.enable:
-            self._transforms = node.create_publisher(TFMessage, '/tf', qos.TF)
+        if not parameters.tf.enable:
+            if self._transforms is not None:
+                self._node.destroy_publisher(self._transforms)
+            self._transforms = None
+        elif self._transforms is None:
+            self._transforms = self._node.create_publisher(TFMessage, '/tf', qos.TF)
         self._rate = Rate(parameters.tf.publish_rate or float('inf'))
 
-    def publish(self, sample: SensorSample) -> None:
+    def _publish(self, sample: SensorSample) -> None:
         """Publish a sample: position, orientation."""
         values = sample.values.tolist()
         if self._publisher.wanted(sample.time_ns):
@@ -275,19 +328,21 @@ class PoseTopics:
             self._transforms.publish(TFMessage(transforms=[self._transform]))
 
 
-class SpeedScalingTopic:
+class SpeedScalingTopic(SampleTopics[SpeedScalingStateBroadcasterParameters]):
     """``~/speed_scaling``: the pace of trajectories [%]."""
 
-    def __init__(self, node: Node, _: SpeedScalingStateBroadcasterParameters) -> None:
+    def _open(self, node: Node) -> None:
         self._publisher = WantedPublisher(node, Float64, '~/speed_scaling', qos.STATE)
 
-    def publish(self, sample: SensorSample) -> None:
-        """Publish a sample."""
+    def _take(self, parameters: SpeedScalingStateBroadcasterParameters) -> None:
+        """Need none of them."""
+
+    def _publish(self, sample: SensorSample) -> None:
         if self._publisher.wanted(sample.time_ns):
             self._publisher.publish(Float64(data=float(sample.values[0])), sample.time_ns)
 
 
-TOPICS: dict[type[BroadcasterParameters], Callable[[Node, Any], Any]] = {
+TOPICS: dict[type[BroadcasterParameters], type[SampleTopics[Any]]] = {
     ForceTorqueSensorBroadcasterParameters: WrenchTopics,
     IMUSensorBroadcasterParameters: ImuTopic,
     PoseBroadcasterParameters: PoseTopics,

@@ -143,7 +143,7 @@ class PidTopics:
     """Passes references to the controller and publishes its state."""
 
     def __init__(self, node: Node, controller: PidController) -> None:
-        self._controller = controller
+        self._node, self._controller = node, controller
         self._publisher = WantedPublisher(
             node, MultiDOFStateStamped, '~/controller_state', qos.STATE)
         self._states = PidStates(node, controller)
@@ -153,9 +153,18 @@ class PidTopics:
             node.create_service(SetBool, '~/set_feedforward_control', self._set_feedforward,
                                 qos_profile=qos.SERVICES),
         ]
-        if controller.parameters.use_external_measured_states:
-            self._inputs.append(node.create_subscription(
-                MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND))
+        self._measured: Any = None
+        self.follow_parameters()
+
+    def follow_parameters(self) -> None:
+        """Subscribe to measured states exactly while they come from the topic."""
+        external = self._controller.parameters.use_external_measured_states
+        if external and self._measured is None:
+            self._measured = self._node.create_subscription(
+                MultiDOFCommand, '~/measured_state', self._measure, qos.COMMAND)
+        elif not external and self._measured is not None:
+            self._node.destroy_subscription(self._measured)
+            self._measured = None
 
     def publish(self, time_ns: int) -> None:
         """Publish the latest state, if it is new [ns]."""

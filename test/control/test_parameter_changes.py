@@ -4,10 +4,14 @@
 
 import pytest
 
+from armsim_ros.config.controllers.broadcasters import (
+    ForceTorqueSensorBroadcasterParameters,
+    PoseBroadcasterParameters,
+)
 from armsim_ros.config.controllers.joint_trajectory_controller import (
     JointTrajectoryControllerParameters,
 )
-from armsim_ros.control.controller import changed
+from armsim_ros.control.parameter_changes import changed, in_effect
 from armsim_ros.errors import ControllerError
 
 
@@ -58,3 +62,29 @@ def test_refused_changes(parameters, changes, words):
         changed(parameters, changes)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_what_only_configure_takes_over_is_not_in_effect():
+    """Of a change the offset counts, the names of interfaces and frames wait."""
+    current = ForceTorqueSensorBroadcasterParameters(sensor_name='wrist', frame_id='tool')
+    requested = changed(current, {
+        'sensor_name': '', 'interface_names.force.z': 'a/effort', 'frame_id': 'flange',
+        'offset.force.z': 2.0})
+    now = in_effect(current, requested)
+    assert (now.sensor_name, now.interface_names.force.z, now.frame_id) == ('wrist', '', 'tool')
+    assert now.offset.force.z == 2.0
+
+
+def test_a_block_that_only_configure_takes_over_waits_as_a_whole():
+    """Each of its parameters can be set."""
+    current = PoseBroadcasterParameters(pose_name='tool', frame_id='world')
+    requested = changed(current, {'tf.enable': False, 'tf.child_frame_id': 'tip'})
+    assert not requested.tf.enable
+    assert in_effect(current, requested) == current
+
+
+def test_without_such_a_change_all_is_in_effect():
+    """The very object that was requested is used."""
+    current = PoseBroadcasterParameters(pose_name='tool', frame_id='world')
+    requested = changed(current, {'frame_id': 'world'})
+    assert in_effect(current, requested) is requested
