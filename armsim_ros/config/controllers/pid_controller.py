@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import math
 import re
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import field_validator, model_validator
 from typing_extensions import Self
@@ -91,13 +92,23 @@ class PidControllerParameters(ControllerParameters):
     enable_feedforward: bool = parameter(False, 'add feedforward_gain times the reference')
     set_current_state_as_first_setpoint: bool = parameter(
         True, 'hold what is measured until a reference comes')
-    gains: dict[str, DofGains] = parameter({}, 'degree of freedom -> its gains')
+    gains: dict[str, DofGains] = parameter({}, 'degree of freedom -> its gains, 0 by default')
 
     @field_validator('dof_names', 'reference_and_state_dof_names',
                      'reference_and_state_interfaces')
     @classmethod
     def _unique(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return unique_names(value)
+
+    @model_validator(mode='before')
+    @classmethod
+    def _gains_of_all(cls, data: Any) -> Any:
+        # Clients get every parameter before they set it.
+        if isinstance(data, Mapping):
+            gains: dict[str, Any] = {name: {} for name in data.get('dof_names') or ()}
+            gains.update(data.get('gains') or {})
+            data = {**data, 'gains': gains}
+        return data
 
     @model_validator(mode='after')
     def _together(self) -> Self:
@@ -129,6 +140,4 @@ class PidControllerParameters(ControllerParameters):
     def missing(self) -> str:
         """The parameter that has to be given and is empty, '' where there is none."""
         needed = ('dof_names', 'command_interface', 'reference_and_state_interfaces')
-        lacking = [key for key in needed if not getattr(self, key)]
-        lacking += [f'gains.{name}' for name in self.dof_names if name not in self.gains]
-        return lacking[0] if lacking else ''
+        return next((key for key in needed if not getattr(self, key)), '')

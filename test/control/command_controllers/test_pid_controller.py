@@ -213,7 +213,6 @@ def test_a_single_interface_takes_no_measured_derivatives(loop):
         ({'dof_names': []}, 'dof_names'),
         ({'command_interface': ''}, 'command_interface'),
         ({'reference_and_state_interfaces': []}, 'reference_and_state_interfaces'),
-        ({'gains': {}}, 'gains.a'),
         ({'reference_and_state_dof_names': ['a', 'b']}, 'reference_and_state_dof_names'),
         ({'gains': {'a': {}, 'z': {}}}, "'z'"),
         ({'dof_names': ['a-b'], 'gains': {'a-b': {'activate_state_publisher': True}}}, "'a-b'"),
@@ -227,6 +226,20 @@ def test_missing_parameters(rig, changes, missing):
         good['gains'] = {}
     with pytest.raises(ControllerError, match=missing):
         rig().load('loop', PID, **{**good, **changes})
+
+
+def test_gains_that_are_not_given_are_zero_and_can_be_set(rig):
+    """Each degree of freedom has gains (pid_controller.yaml: gains.__map_dof_names)."""
+    made = rig()
+    controller = made.load('loop', PID, dof_names=BOTH, command_interface='velocity',
+                           reference_and_state_interfaces=['position'], gains={'b': {'p': 20.0}})
+    assert made.manager.switch(activate=['loop']).ok
+    controller.receive([], [0.1, 0.1], [])
+    made.run(1.0)
+    np.testing.assert_allclose(made.hardware.state.position, [0.0, 0.1], atol=1e-3)
+    controller.set_parameters({'gains.a.p': 20.0})
+    made.run(1.0)
+    np.testing.assert_allclose(made.hardware.state.position, 0.1, atol=1e-3)
 
 
 def test_the_source_of_states_changes_with_configure(loop):
