@@ -13,6 +13,7 @@ from armsim_ros.config.controllers.broadcasters import (
     BroadcasterParameters,
     SPEED_SCALING,
     SpeedScalingStateBroadcasterParameters,
+    StateInterfacesBroadcasterParameters,
 )
 from armsim_ros.config.controllers.command_controllers import GpioCommandControllerParameters
 from armsim_ros.config.controllers.controller_settings import ControllerSettings
@@ -98,6 +99,9 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
             content[key] = name(value)
         elif key == 'extra_joints':
             content[key] = [{**entry, 'name': name(entry['name'])} for entry in value]
+        elif isinstance(parameters, StateInterfacesBroadcasterParameters) and key == 'interfaces':
+            parts = (text.rpartition('/') for text in value)
+            content[key] = [f'{joint(owner)}{slash}{kind}' for owner, slash, kind in parts]
         elif key == 'gpios':
             content[key] = list(map(name, value))
         elif isinstance(parameters, GpioCommandControllerParameters) and key.endswith('faces'):
@@ -107,7 +111,7 @@ def _controller(controller: ControllerSettings, name: Rename) -> ControllerSetti
         _rename(content, parameters, path.split('.'), name)
     if isinstance(parameters, SpeedScalingStateBroadcasterParameters):
         # It is empty for a single robot, and precedes the name of the only interface.
-        content['tf_prefix'] = name(parameters.interfaces[0]).removesuffix(SPEED_SCALING)
+        content['tf_prefix'] = name(parameters.states[0]).removesuffix(SPEED_SCALING)
     return controller.model_copy(update={'parameters': type(parameters).model_validate(content)})
 
 

@@ -25,6 +25,7 @@ from armsim_ros.config.controllers.broadcasters import (
     IMUSensorBroadcasterParameters,
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
+    StateInterfacesBroadcasterParameters,
 )
 from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
@@ -152,7 +153,7 @@ class SensorBroadcaster(Broadcaster[BroadcasterParameters, SensorSample]):
     @property
     def interfaces(self) -> tuple[str, ...]:
         """State interface of each value of a sample, '' for those that have none."""
-        return self.parameters.interfaces
+        return self.parameters.states
 
     @property
     def required_state_interfaces(self) -> tuple[str, ...]:
@@ -245,10 +246,16 @@ class SpeedScalingStateBroadcaster(SensorBroadcaster):
     def configure(self) -> None:
         """Have the factor, whatever the hardware declares."""
         super().configure()
-        self.context.hardware.given_states.setdefault(self.parameters.interfaces[0], 1.0)
+        self.context.hardware.given_states.setdefault(self.parameters.states[0], 1.0)
 
     def _shown(self, values: Vector) -> Vector:
         return 100.0 * values
+
+
+class StateInterfacesBroadcaster(SensorBroadcaster):
+    """``state_interfaces_broadcaster/StateInterfacesBroadcaster``."""
+
+    parameters_class: ClassVar[type[Settings]] = StateInterfacesBroadcasterParameters
 
 
 class TipBroadcaster(Broadcaster[TipBroadcasterParameters, SensorSample]):

@@ -139,6 +139,9 @@ def test_sensors_and_what_reads_them_are_renamed(files):
     type: pose_broadcaster/PoseBroadcaster
     pose_name: tool
     frame_id: base_link
+  states:
+    type: state_interfaces_broadcaster/StateInterfacesBroadcaster
+    interfaces: [wrist/force.z, loop/joint_1/position]
   speed: {type: ur_controllers/SpeedScalingStateBroadcaster}
   lamps:
     type: gpio_controllers/GpioCommandController
@@ -158,9 +161,10 @@ def test_sensors_and_what_reads_them_are_renamed(files):
     assert arm.simulation.sensors['a_wrist'].link == 'a_link_6'
     assert (found['wrench'].sensor_name, found['wrench'].frame_id) == ('a_wrist', 'a_link_6')
     assert (found['pose'].pose_name, found['pose'].frame_id) == ('a_tool', 'a_base_link')
+    assert found['states'].interfaces == ('a_wrist/force.z', 'loop/a_joint_1/position')
     assert found['lamps'].targets == (('a_lamp', 'light'),)
     pace = 'a_speed_scaling/speed_scaling_factor'
-    assert found['speed'].interfaces == (pace,)
+    assert found['speed'].states == (pace,)
     assert found['scaled'].speed_source == pace
     assert found['soft'].command_joints == ('loop/a_joint_1',)
     assert (found['soft'].ft_sensor.name, found['soft'].ft_sensor.frame.id) == (

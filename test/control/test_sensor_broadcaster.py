@@ -11,6 +11,7 @@ from armsim_ros.errors import ControllerError
 WRENCH = 'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster'
 IMU = 'imu_sensor_broadcaster/IMUSensorBroadcaster'
 POSE = 'pose_broadcaster/PoseBroadcaster'
+STATES = 'state_interfaces_broadcaster/StateInterfacesBroadcaster'
 SPEED = 'ur_controllers/SpeedScalingStateBroadcaster'
 SCALED = 'ur_controllers/ScaledJointTrajectoryController'
 FACTOR = 'speed_scaling/speed_scaling_factor'
@@ -96,6 +97,16 @@ def test_another_sensor_from_configure_on(rig):
     assert broadcaster.required_state_interfaces == ('a/position',)
 
 
+def test_any_states_in_their_order(rig):
+    """Re-enacts state_interfaces_broadcaster.cpp: update."""
+    made, broadcaster = active(
+        rig, STATES, FORCES, interfaces=['wrist/force.z', 'b/position', 'a/effort'])
+    made.hardware.state.position[1], made.hardware.state.effort[0] = 0.5, 2.5
+    made.step()
+    (sample,) = samples(broadcaster)
+    np.testing.assert_array_equal(sample.values, [3.0, 0.5, 2.5])
+
+
 @pytest.mark.parametrize(('kind', 'parameters', 'words'), [
     (WRENCH, {'frame_id': 'tool'}, "'sensor_name'"),
     (WRENCH, {'sensor_name': 'wrist'}, "'frame_id'"),
@@ -104,6 +115,8 @@ def test_another_sensor_from_configure_on(rig):
     (IMU, {'sensor_name': 'a', 'frame_id': 'b', 'static_covariance_orientation': [1.0]},
      'static_covariance_orientation'),
     (POSE, {'frame_id': 'world'}, "'pose_name'"),
+    (STATES, {}, "'interfaces'"),
+    (STATES, {'interfaces': []}, "'interfaces'"),
 ])
 def test_what_is_missing_is_named(rig, kind, parameters, words):
     """A parameter that is needed, or wrong, is told of by its name."""
@@ -111,13 +124,17 @@ def test_what_is_missing_is_named(rig, kind, parameters, words):
         rig().load('sensor', kind, **parameters)
 
 
-def test_a_sensor_that_is_not_there(rig):
+@pytest.mark.parametrize(('kind', 'parameters', 'lacking'), [
+    (IMU, {'sensor_name': 'wrist', 'frame_id': 'tool'}, 'wrist/orientation.x'),
+    (STATES, {'interfaces': ['a/position', 'a/colour']}, 'a/colour'),
+])
+def test_a_sensor_that_is_not_there(rig, kind, parameters, lacking):
     """Activation names the interface."""
     made = rig()
-    made.load('sensor', IMU, sensor_name='wrist', frame_id='tool')
+    made.load('sensor', kind, **parameters)
     result = made.manager.switch(activate=['sensor'])
     assert not result.ok
-    assert 'wrist/orientation.x' in result.message
+    assert lacking in result.message
 
 
 def test_rate(rig):

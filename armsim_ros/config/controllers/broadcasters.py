@@ -81,7 +81,7 @@ class BroadcasterParameters(ControllerParameters):
         100.0, 'messages a second, 0 is each update [Hz]', ge=0.0, allow_inf_nan=False)
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """State interface of each value of a message, '' for those that have none."""
         raise NotImplementedError
 
@@ -153,7 +153,7 @@ class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
     sensor_filter_chain: dict[str, Any] = fixed({}, 'has no effect: wrench_filtered is wrench')
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """Those of force x, y, z and torque x, y, z."""
         if self.sensor_name:
             return _of(self.sensor_name, ('force', _AXES), ('torque', _AXES))
@@ -162,7 +162,7 @@ class ForceTorqueSensorBroadcasterParameters(BroadcasterParameters):
     @property
     def missing(self) -> str:
         """Name what is empty."""
-        if not any(self.interfaces):
+        if not any(self.states):
             return 'sensor_name'
         return '' if self.frame_id else 'frame_id'
 
@@ -187,7 +187,7 @@ class IMUSensorBroadcasterParameters(BroadcasterParameters):
         (0.0,) * 9, 'covariance (9,) [m^2/s^4]', min_length=9, max_length=9)
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """Those of orientation, angular velocity, linear acceleration."""
         return _of(self.sensor_name, ('orientation', _TURN), ('angular_velocity', _AXES),
                    ('linear_acceleration', _AXES))
@@ -214,7 +214,7 @@ class PoseBroadcasterParameters(BroadcasterParameters):
     tf: PoseTransform = configured(PoseTransform(), 'the transform')
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """Those of position and orientation."""
         return _of(self.pose_name, ('position', _AXES), ('orientation', _TURN))
 
@@ -232,9 +232,21 @@ class SpeedScalingStateBroadcasterParameters(BroadcasterParameters):
     tf_prefix: str = configured('', "before the interface's name")
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """That of the factor."""
         return (f'{self.tf_prefix}{SPEED_SCALING}',)
+
+
+class StateInterfacesBroadcasterParameters(BroadcasterParameters):
+    """Parameters of ``state_interfaces_broadcaster/StateInterfacesBroadcaster``."""
+
+    interfaces: tuple[str, ...] = fixed(
+        ..., 'state interfaces to publish, as joint/interface', min_length=1)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Those that are named."""
+        return self.interfaces
 
 
 SPEED_SCALING = 'speed_scaling/speed_scaling_factor'

@@ -190,7 +190,7 @@ class GpioCommandControllerParameters(BroadcasterParameters):
         return _pairs(self.gpios, self.command_interfaces)
 
     @property
-    def interfaces(self) -> tuple[str, ...]:
+    def states(self) -> tuple[str, ...]:
         """State interfaces that are named."""
         return tuple('/'.join(pair) for pair in _pairs(self.gpios, self.state_interfaces))
 

@@ -24,6 +24,7 @@ from armsim_ros.config.controllers.broadcasters import (
     JointStateBroadcasterParameters,
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
+    StateInterfacesBroadcasterParameters,
 )
 from armsim_ros.config.controllers.command_controllers import (
     AdmittanceControllerParameters,
@@ -74,6 +75,8 @@ PARAMETERS: Mapping[str, type[Settings]] = {
         ForceTorqueSensorBroadcasterParameters,
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcasterParameters,
     'pose_broadcaster/PoseBroadcaster': PoseBroadcasterParameters,
+    'state_interfaces_broadcaster/StateInterfacesBroadcaster':
+        StateInterfacesBroadcasterParameters,
     'gpio_controllers/GpioCommandController': GpioCommandControllerParameters,
     'pid_controller/PidController': PidControllerParameters,
     'admittance_controller/AdmittanceController': AdmittanceControllerParameters,

@@ -58,8 +58,8 @@ class GpioCommandController(SensorBroadcaster):
     @property
     def interfaces(self) -> tuple[str, ...]:
         """State interfaces that are published: those that are named, else all of the gpios."""
-        if self._own.interfaces:
-            return self._own.interfaces
+        if self._own.states:
+            return self._own.states
         hardware = self.context.hardware
         return tuple(f'{gpio}/{kind}' for gpio in self._own.gpios if gpio not in hardware.index
                      for kind in hardware.states_of(gpio))

@@ -18,6 +18,7 @@ from armsim_ros.control.broadcaster import (
     IMUSensorBroadcaster,
     PoseBroadcaster,
     SpeedScalingStateBroadcaster,
+    StateInterfacesBroadcaster,
 )
 from armsim_ros.control.command_controllers.admittance_controller import AdmittanceController
 from armsim_ros.control.command_controllers.forward_command_controller import (
@@ -106,6 +107,7 @@ CONTROLLER_TYPES: Mapping[str, type[Controller[Any]]] = {
     'force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster': ForceTorqueSensorBroadcaster,
     'imu_sensor_broadcaster/IMUSensorBroadcaster': IMUSensorBroadcaster,
     'pose_broadcaster/PoseBroadcaster': PoseBroadcaster,
+    'state_interfaces_broadcaster/StateInterfacesBroadcaster': StateInterfacesBroadcaster,
     'gpio_controllers/GpioCommandController': GpioCommandController,
     'pid_controller/PidController': PidController,
     'admittance_controller/AdmittanceController': AdmittanceController,

@@ -98,6 +98,9 @@ sunday:
     type: pose_broadcaster/PoseBroadcaster
     pose_name: tool
     frame_id: base_link
+  states:
+    type: state_interfaces_broadcaster/StateInterfacesBroadcaster
+    interfaces: [joint_3/position, accelerometer/orientation.w]
   speed:
     type: ur_controllers/SpeedScalingStateBroadcaster
 """
@@ -108,7 +111,7 @@ sensors:
   accelerometer: {type: imu, link: link_3}
   tool: {type: pose, link: link_6}
 """
-BROADCASTERS = ('wrench', 'load', 'imu', 'tcp', 'speed')
+BROADCASTERS = ('wrench', 'load', 'imu', 'tcp', 'states', 'speed')
 STREAMS = ('position_stream', 'velocity_stream', 'effort_stream', 'named_stream')
 
 

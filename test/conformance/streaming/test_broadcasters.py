@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from contextlib import closing
 import math
 
-from control_msgs.msg import SpeedScalingFactor
+from control_msgs.msg import Float64Values, Keys, SpeedScalingFactor
 from controller_manager_msgs.srv import ListHardwareInterfaces, SwitchController
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 import numpy as np
 import pytest
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -70,6 +70,24 @@ def test_imu(arm: Streamed) -> None:
     acceleration = message.linear_acceleration
     assert message.header.frame_id == 'link_3'
     assert math.hypot(acceleration.x, acceleration.y, acceleration.z) == pytest.approx(9.8, 0.01)
+
+
+@pytest.mark.usefixtures('broadcasters')
+def test_states(arm: Streamed) -> None:
+    """
+    The names come also to those that subscribe late, the values in their order.
+
+    state_interfaces_broadcaster.cpp, on_configure and update.
+    """
+    latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    with (
+        closing(arm.client.collect(f'{NAMESPACE}/states/names', Keys, latched)) as names,
+        closing(arm.client.collect(f'{NAMESPACE}/states/values', Float64Values)) as values,
+    ):
+        assert list(names.wait(1)[0].keys) == ['joint_3/position', 'accelerometer/orientation.w']
+        position, turn = values.wait(3)[-1].values
+    assert position == pytest.approx(PLACE[2], abs=5e-3)
+    assert abs(turn) <= 1.0
 
 
 @pytest.mark.usefixtures('broadcasters')

@@ -10,6 +10,7 @@ from functools import partial
 import math
 from typing import Any, Generic, TypeVar
 
+from control_msgs.msg import Float64Values, Keys
 from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped, Wrench, WrenchStamped
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, JointState
@@ -24,6 +25,7 @@ from armsim_ros.config.controllers.broadcasters import (
     IMUSensorBroadcasterParameters,
     PoseBroadcasterParameters,
     SpeedScalingStateBroadcasterParameters,
+    StateInterfacesBroadcasterParameters,
 )
 from armsim_ros.config.controllers.compliance import (
     CrispPoseBroadcasterParameters,
@@ -342,11 +344,32 @@ class SpeedScalingTopic(SampleTopics[SpeedScalingStateBroadcasterParameters]):
             self._publisher.publish(Float64(data=float(sample.values[0])), sample.time_ns)
 
 
+class StateInterfacesTopics(SampleTopics[StateInterfacesBroadcasterParameters]):
+    """``~/names``, once, and ``~/values`` in their order."""
+
+    def _open(self, node: Node) -> None:
+        self._names = node.create_publisher(Keys, '~/names', qos.LATCHED)
+        self._publisher = WantedPublisher(node, Float64Values, '~/values', qos.STATE)
+        self._message = Float64Values()
+
+    def _take(self, parameters: StateInterfacesBroadcasterParameters) -> None:
+        names = Keys(keys=parameters.interfaces)
+        names.header.stamp = self._node.get_clock().now().to_msg()
+        self._names.publish(names)
+
+    def _publish(self, sample: SensorSample) -> None:
+        if self._publisher.wanted(sample.time_ns):
+            fill_time(self._message.header.stamp, sample.time_ns)
+            self._message.values = sample.values
+            self._publisher.publish(self._message, sample.time_ns)
+
+
 TOPICS: dict[type[BroadcasterParameters], type[SampleTopics[Any]]] = {
     ForceTorqueSensorBroadcasterParameters: WrenchTopics,
     IMUSensorBroadcasterParameters: ImuTopic,
     PoseBroadcasterParameters: PoseTopics,
     SpeedScalingStateBroadcasterParameters: SpeedScalingTopic,
+    StateInterfacesBroadcasterParameters: StateInterfacesTopics,
 }
 
 
