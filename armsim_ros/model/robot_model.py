@@ -176,12 +176,14 @@ class HardwareSensor:
     :param frame: the link in whose frame it measures.
     :param states: names of its interfaces, such as ``force.x``.
     :param reference: the link in whose frame a pose is; '' for the root link.
+    :param mount: where an IMU sits in the frame: x, y, z [m], roll, pitch, yaw [rad].
     """
 
     name: str
     frame: str
     states: tuple[str, ...] = ()
     reference: str = ''
+    mount: tuple[float, ...] = (0.0,) * 6
 
 
 #: Words in the names of packages with the plugins of simulators.

@@ -16,7 +16,12 @@ from armsim_ros.arrays import Matrix, Vector
 from armsim_ros.config.simulation import SensorSettings
 from armsim_ros.errors import nearest, SimulationError
 from armsim_ros.model.robot_model import HardwareSensor, JointType, RobotModel
-from armsim_ros.model.transforms import inverse_pose, quat_xyzw_from_matrix
+from armsim_ros.model.transforms import (
+    inverse_pose,
+    pose_matrix,
+    quat_wxyz_from_matrix,
+    quat_xyzw_from_matrix,
+)
 from armsim_ros.sim.physics.geoms import BodyContact, contacts, touching
 from armsim_ros.sim.physics.plant import Plant
 
@@ -38,7 +43,7 @@ class Sensors:
     that of an accelerometer, which at rest points upwards with 9.81 m/s^2. The orientation is
     that of the frame in the world; beside a position both are those in the sensor's reference,
     which is the robot's root link where it has none.
-    All vectors are in the axes of the frame.
+    All vectors are in the axes of the frame; an IMU has a frame of its own, where it is mounted.
 
     :param model: declares them.
     :param plant: is measured.
@@ -52,7 +57,8 @@ class Sensors:
         self._root = model.root_link
         self._sensors = [
             (sensor, _carrier(model, sensor.frame),
-             {name.partition('.')[0] for name in sensor.states})
+             {name.partition('.')[0] for name in sensor.states},
+             pose_matrix(sensor.mount[:3], sensor.mount[3:]))
             for sensor in chain(*(system.sensors for system in model.hardware), more)]
         #: ``sensor/interface`` -> what a sensor shows less than it measures.
         self._zeros: dict[str, float] = {}
@@ -60,7 +66,7 @@ class Sensors:
     @property
     def load_links(self) -> dict[str, str]:
         """Sensor of forces and torques -> the link on which it sits."""
-        return {sensor.name: sensor.frame for sensor, _, kinds in self._sensors
+        return {sensor.name: sensor.frame for sensor, _, kinds, _ in self._sensors
                 if kinds.issuperset(_LOAD)}
 
     def tare(self, foreign: Collection[str] = ()) -> None:
@@ -82,13 +88,13 @@ class Sensors:
             return {}
         mujoco.mj_rnePostConstraint(self._plant.model, self._plant.data)
         found: dict[str, float] = {}
-        for sensor, carrier, kinds in self._sensors:
+        for sensor, carrier, kinds, mount in self._sensors:
             frame = self._plant.body(sensor.frame)
             values: dict[str, float] = {}
             if kinds.intersection(_LOAD):
                 _add(values, _LOAD, self._load(frame, self._plant.body(carrier)))
             if kinds.intersection(_MOTION):
-                _add(values, _MOTION, self._motion(frame))
+                _add(values, _MOTION, self._motion(frame, mount))
             if 'position' in kinds:
                 reference = self._plant.body(sensor.reference or self._root)
                 pose = inverse_pose(self._plant.pose(reference)) @ self._plant.pose(frame)
@@ -97,7 +103,9 @@ class Sensors:
                 values.update(zip((f'orientation.{axis}' for axis in 'xyzw'),
                                   quat_xyzw_from_matrix(pose).tolist(), strict=True))
             elif 'orientation' in kinds:
-                quat_wxyz = self._plant.data.xquat[frame]
+                quat_wxyz = np.empty(4)
+                mujoco.mju_mulQuat(quat_wxyz, self._plant.data.xquat[frame],
+                                   quat_wxyz_from_matrix(mount))
                 values.update(zip((f'orientation.{axis}' for axis in 'wxyz'),
                                   quat_wxyz.tolist(), strict=True))
             found.update({f'{sensor.name}/{name}': values[name] for name in sensor.states})
@@ -114,14 +122,21 @@ class Sensors:
         axes = data.xmat[frame].reshape(3, 3)
         return np.concatenate([axes.T @ force, axes.T @ (torque + np.cross(arm, force))])
 
-    def _motion(self, frame: int) -> Vector:
-        """Return angular velocity and linear acceleration (6,) of the frame, in its axes."""
+    def _motion(self, frame: int, mount: Matrix) -> Vector:
+        """
+        Return angular velocity and linear acceleration (6,) of a frame, in its axes.
+
+        :param mount: (4, 4) the frame in that of a body.
+        """
         model, data = self._plant.model, self._plant.data
         velocity, acceleration = np.zeros(6), np.zeros(6)
         body = mujoco.mjtObj.mjOBJ_XBODY
         mujoco.mj_objectVelocity(model, data, body, frame, velocity, 1)
         mujoco.mj_objectAcceleration(model, data, body, frame, acceleration, 1)
-        return np.concatenate([velocity[:3], acceleration[3:]])
+        turning, place, axes = velocity[:3], mount[:3, 3], mount[:3, :3].T
+        there = (acceleration[3:] + np.cross(acceleration[:3], place)
+                 + np.cross(turning, np.cross(turning, place)))
+        return np.concatenate([axes @ turning, axes @ there])
 
 
 def sensors_of(

@@ -60,17 +60,20 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
     :param links: of the URDF; sensors measure in the frames of these.
     :param joints: of the URDF; a tag that names others is an error.
     """
-    frames = _gazebo_frames(root, links, joints)
+    gazebo = _gazebo_sensors(root, links, joints)
+    frames = {**{name: name for name in links},
+              **{name: sensor.link for name, sensor in gazebo.items()}}
     found: list[tuple[HardwareSystem, Location]] = []
     for element in root.all('ros2_control'):
-        system = _read_system(element, {**{name: name for name in links}, **frames}, joints,
-                              report)
+        system = _read_system(element, frames, joints, report)
         if any(other.name == system.name for other, _ in found):
             report.ignored(f"hardware '{system.name}' is defined twice; the second is left out",
                            element.where, 'give each <ros2_control> a name of its own')
             continue
         found.append((system, element.where))
-    kept = _without_doubles(found, report)
+    kept = {name: replace(system, sensors=tuple(
+        _mounted(sensor, gazebo, report) for sensor in system.sensors))
+        for name, system in _without_doubles(found, report).items()}
     for system, where in found:
         if system.name in kept:
             report.problems.append(Problem(
@@ -116,16 +119,46 @@ def _commands(joint: HardwareJoint) -> list[str]:
     return [f'{joint.name}/{command}' for command in joint.commands]
 
 
-def _gazebo_frames(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
-                   ) -> dict[str, str]:
-    """Return name -> link of the sensors that are declared for Gazebo."""
+@dataclass(frozen=True)
+class _GazeboSensor:
+    """A sensor that is declared for Gazebo, and its link."""
+
+    element: XmlElement
+    link: str
+
+
+def _gazebo_sensors(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
+                    ) -> dict[str, _GazeboSensor]:
     found = {}
     for element in root.all('gazebo'):
         place = element.get('reference')
         link = joints[place].child if place in joints else place
         if link in links:
-            found.update({sensor.get('name'): link for sensor in element.all('sensor')})
+            found.update({sensor.get('name'): _GazeboSensor(sensor, link)
+                          for sensor in element.all('sensor')})
     return found
+
+
+def _mounted(sensor: HardwareSensor, gazebo: Mapping[str, _GazeboSensor], report: TextReport
+             ) -> HardwareSensor:
+    """Return a sensor with the ``<pose>`` that Gazebo's sensor of its name has in its link."""
+    known = gazebo.get(sensor.name)
+    pose = known.element.first('pose') if known is not None else None
+    if known is None or pose is None or known.link != sensor.frame:
+        return sensor
+    try:
+        mount = [float(word) for word in pose.content.split()]
+    except ValueError:
+        mount = []
+    if (len(mount) != 6 or not all(map(math.isfinite, mount))
+            or pose.get('rotation_format', 'euler_rpy') != 'euler_rpy'
+            or pose.get('relative_to') not in ('', sensor.frame)):
+        report.ignored(f"sensor '{sensor.name}' measures at the origin of '{sensor.frame}': its "
+                       '<pose> is not x, y, z, roll, pitch, yaw in its link', pose.where)
+        return sensor
+    if pose.get('degrees').lower() in _TRUE:
+        mount[3:] = map(math.radians, mount[3:])
+    return replace(sensor, mount=tuple(mount))
 
 
 def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping[str, Joint],

@@ -124,6 +124,52 @@ def test_a_sensor_measures_what_hangs_beyond_its_frame(small_package, inside, mo
     assert measured['wrist/orientation.w'] == pytest.approx(1.0, abs=1e-3)
 
 
+IMU = ('<sensor name="{0}">{1}' + ''.join(
+    f'<state_interface name="{what}.{axis}"/>' for what, axes in (
+        ('orientation', 'xyzw'), ('angular_velocity', 'xyz'), ('linear_acceleration', 'xyz'))
+    for axis in axes) + '</sensor>')
+
+
+@pytest.mark.parametrize('pose', [
+    '<pose>0 0.05 0.1 0.3 0 0.7</pose>',
+    '<pose degrees="true">0 0.05 0.1 17.188733854 0 40.107045659</pose>',
+])
+def test_an_imu_measures_where_gazebo_mounts_it(small_package, pose):
+    """In motion it has the same values as an IMU on a link at that place (gz-sim's Imu.cc)."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
+        IMU.format('mounted', ''), IMU.format('fixed', '<param name="frame_id">tip</param>'),
+        more=TIP.replace('"0 0 0.1"', '"0 0.05 0.1" rpy="0.3 0 0.7"')
+        + f'<gazebo reference="finger"><sensor name="mounted">{pose}</sensor></gazebo>')
+    simulation, _, _ = start(small_package)
+    simulation.apply_wrench('finger', (50.0, 20.0, 0.0))
+    for _ in range(20):
+        simulation.write(1)
+        simulation.step()
+    measured = simulation.other_states
+    names = [name.partition('/')[2] for name in measured if name.startswith('fixed/')]
+    assert abs(measured['fixed/angular_velocity.y']) > 0.1
+    for name in names:
+        assert measured[f'mounted/{name}'] == pytest.approx(measured[f'fixed/{name}'], abs=1e-6)
+
+
+@pytest.mark.parametrize('pose', [
+    '<pose>0 0 0.1</pose>', '<pose>a b c d e f</pose>',
+    '<pose relative_to="base">0 0 0 0 0 1</pose>',
+    '<pose rotation_format="quat_xyzw">0 0 0.1 0 0 0 1</pose>',
+])
+def test_a_pose_of_an_imu_that_is_not_read_is_told(small_package, pose):
+    """The line names the sensor; it measures at the origin of its link."""
+    small_package.ros2_control(
+        joint('shoulder', 'position'), joint('elbow', 'position'), IMU.format('mounted', ''),
+        more=f'<gazebo reference="finger"><sensor name="mounted">{pose}</sensor></gazebo>')
+    simulation, _, problems = start(small_package)
+    assert "sensor 'mounted' measures at the origin of 'finger'" in ' '.join(
+        problem.what for problem in problems)
+    simulation.step()
+    assert simulation.other_states['mounted/orientation.w'] == pytest.approx(1.0)
+
+
 def test_a_sensor_feels_a_push(small_package):
     """A force on the link beyond, and its torque about the frame."""
     small_package.ros2_control(
