@@ -118,7 +118,8 @@ class HardwareInterface(ABC):
         self.feedforward = JointArrays.filled(len(joint_names))
         self.effort_bound = np.full(len(joint_names), np.inf)
         self.plan = UpdatePlan.empty(0, len(joint_names))
-        #: Command interface of a sensor or gpio -> the last command, NaN before the first.
+        #: Command interface of a sensor or gpio, or a further one of a joint -> the last command,
+        #: NaN before the first.
         self.other_commands: dict[str, float] = {}
         #: Reference of a chainable controller, as ``controller/joint/interface`` -> the last
         #: value that a preceding controller wrote, NaN before the first.
@@ -149,7 +150,7 @@ class HardwareInterface(ABC):
 
     @property
     def other_states(self) -> Mapping[str, float]:
-        """Interface of a sensor or gpio -> its value."""
+        """Interface of a sensor or gpio, or a further one of a joint -> its value."""
         return self.given_states
 
     @property
@@ -160,15 +161,15 @@ class HardwareInterface(ABC):
     def commands_of(self, owner: str) -> tuple[str, ...]:
         """Return what a joint, sensor, gpio or controller's joint can be commanded by."""
         others = (*self.other_commands, *self.references)
-        return self.command_interfaces.get(owner) or _kinds_of(owner, others)
+        return (*self.command_interfaces.get(owner, ()), *_kinds_of(owner, others))
 
     def store_of(self, interface: str) -> dict[str, float]:
-        """Return where the commands of what is not a joint are kept."""
+        """Return where commands are kept that are not of a joint's motion."""
         return self.references if interface in self.references else self.other_commands
 
     def states_of(self, owner: str) -> tuple[str, ...]:
         """Return what can be read of a joint, sensor or gpio."""
-        return self.state_interfaces.get(owner) or _kinds_of(owner, self.other_states)
+        return (*self.state_interfaces.get(owner, ()), *_kinds_of(owner, self.other_states))
 
     def read_states(self, interfaces: Iterable[str]) -> Vector:
         """
@@ -180,7 +181,7 @@ class HardwareInterface(ABC):
         values = []
         for interface in interfaces:
             owner, _, kind = interface.rpartition('/')
-            if owner in self.index:
+            if owner in self.index and kind in COMMAND_INTERFACES:
                 values.append(self.state.of(kind)[self.index[owner]])
             else:
                 values.append(others[interface] if interface else np.nan)

@@ -153,6 +153,7 @@ class HardwareJoint:
     :param initial: position at the start [rad or m]; None where the tag gives none.
     :param bounds: command interface -> (least, largest) value, narrower than the URDF's; both
         infinite where the interface's limits are switched off.
+    :param others: further state interfaces, such as a temperature -> value at the start.
     :param limited: whether commands are kept within limits where the manager is configured to.
     :param free: whether a joint that mimics another in the URDF is driven by itself.
     :param follows: what the hardware makes a joint follow that mimics none in the URDF.
@@ -163,6 +164,7 @@ class HardwareJoint:
     states: tuple[str, ...] = ()
     initial: float | None = None
     bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
+    others: dict[str, float] = field(default_factory=dict)
     limited: bool = True
     free: bool = False
     follows: Mimic | None = None
@@ -197,8 +199,9 @@ class HardwareSystem:
 
     :param type: system, actuator or sensor.
     :param plugin: as written; all are simulated.
-    :param other_states: ``sensor/interface`` or ``gpio/interface`` -> value.
-    :param other_commands: ``gpio/interface``; a state of the same name follows it.
+    :param other_states: ``sensor/interface``, ``gpio/interface``, or a further interface of a
+        joint -> value.
+    :param other_commands: likewise; a state of the same name follows it.
     :param sensors: those that measure; their values are among ``other_states``, too.
     :param parameters: of the hardware, as written.
     :param deaf: whether commands do not reach the joints.

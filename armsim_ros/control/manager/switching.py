@@ -18,6 +18,7 @@ from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
+from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
 from armsim_ros.control.manager.manager_info import dependents, start_obstacle, stop_obstacle
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
@@ -159,13 +160,13 @@ def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[st
     """
     Return joint -> claimed interfaces of controllers that are or will be active.
 
-    :param joints: of the hardware; sensors and gpios have nothing to switch.
+    :param joints: of the hardware; what does not move one of them has nothing to switch.
     """
     claims: dict[str, set[str]] = {}
     for controller in controllers:
         for interface in controller.required_command_interfaces:
             joint, _, kind = interface.rpartition('/')
-            if joint in joints:
+            if joint in joints and kind in COMMAND_INTERFACES:
                 claims.setdefault(joint, set()).add(kind)
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 

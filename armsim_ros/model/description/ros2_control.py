@@ -10,6 +10,7 @@ import math
 import re
 
 from armsim_ros.errors import Location, nearest, Problem, Severity
+from armsim_ros.model.description.gazebo_sensors import gazebo_sensors, mounted
 from armsim_ros.model.description.xml_tree import TextReport, XmlElement
 from armsim_ros.model.robot_model import (
     HardwareJoint,
@@ -25,7 +26,7 @@ _TRUE, _FALSE = ('true', '1'), ('false', '0')
 _KINDS = ('system', 'actuator', 'sensor')
 #: What a tag may hold.
 _PARTS = ('hardware', 'joint', 'sensor', 'gpio', 'transmission', 'properties')
-#: Command interfaces of joints here; a tag may name more, which cannot be claimed.
+#: Interfaces of a joint's motion; others are like those of a gpio.
 _QUANTITIES = ('position', 'velocity', 'acceleration', 'effort')
 #: Interfaces of a pose.
 _POSE = tuple(f'{what}.{axis}' for what, axes in (('position', 'xyz'), ('orientation', 'xyzw'))
@@ -60,7 +61,7 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
     :param links: of the URDF; sensors measure in the frames of these.
     :param joints: of the URDF; a tag that names others is an error.
     """
-    gazebo = _gazebo_sensors(root, links, joints)
+    gazebo = gazebo_sensors(root, links, joints)
     frames = {**{name: name for name in links},
               **{name: sensor.link for name, sensor in gazebo.items()}}
     found: list[tuple[HardwareSystem, Location]] = []
@@ -71,8 +72,8 @@ def read_hardware(root: XmlElement, links: Collection[str], joints: Mapping[str,
                            element.where, 'give each <ros2_control> a name of its own')
             continue
         found.append((system, element.where))
-    kept = {name: replace(system, sensors=tuple(
-        _mounted(sensor, gazebo, report) for sensor in system.sensors))
+    kept = {name: replace(_with_further(system), sensors=tuple(
+        mounted(sensor, gazebo, report) for sensor in system.sensors))
         for name, system in _without_doubles(found, report).items()}
     for system, where in found:
         if system.name in kept:
@@ -110,6 +111,17 @@ def _without_doubles(
     return kept
 
 
+def _with_further(system: HardwareSystem) -> HardwareSystem:
+    """Return hardware with the further interfaces of its joints; a simulator's has none."""
+    joints = () if system.of_simulator else system.joints
+    states = {f'{joint.name}/{kind}': value for joint in joints
+              for kind, value in joint.others.items()}
+    commands = (name for joint in joints for kind, name in zip(
+        joint.commands, _commands(joint), strict=True) if kind not in _QUANTITIES)
+    return replace(system, other_states={**system.other_states, **states},
+                   other_commands=(*system.other_commands, *commands))
+
+
 def _rank(system: HardwareSystem) -> int:
     return 0 if system.of_simulator else 2 if system.plugin in _MOCKS else 1
 
@@ -117,48 +129,6 @@ def _rank(system: HardwareSystem) -> int:
 def _commands(joint: HardwareJoint) -> list[str]:
     """Return the joint's command interfaces with its name."""
     return [f'{joint.name}/{command}' for command in joint.commands]
-
-
-@dataclass(frozen=True)
-class _GazeboSensor:
-    """A sensor that is declared for Gazebo, and its link."""
-
-    element: XmlElement
-    link: str
-
-
-def _gazebo_sensors(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]
-                    ) -> dict[str, _GazeboSensor]:
-    found = {}
-    for element in root.all('gazebo'):
-        place = element.get('reference')
-        link = joints[place].child if place in joints else place
-        if link in links:
-            found.update({sensor.get('name'): _GazeboSensor(sensor, link)
-                          for sensor in element.all('sensor')})
-    return found
-
-
-def _mounted(sensor: HardwareSensor, gazebo: Mapping[str, _GazeboSensor], report: TextReport
-             ) -> HardwareSensor:
-    """Return a sensor with the ``<pose>`` that Gazebo's sensor of its name has in its link."""
-    known = gazebo.get(sensor.name)
-    pose = known.element.first('pose') if known is not None else None
-    if known is None or pose is None or known.link != sensor.frame:
-        return sensor
-    try:
-        mount = [float(word) for word in pose.content.split()]
-    except ValueError:
-        mount = []
-    if (len(mount) != 6 or not all(map(math.isfinite, mount))
-            or pose.get('rotation_format', 'euler_rpy') != 'euler_rpy'
-            or pose.get('relative_to') not in ('', sensor.frame)):
-        report.ignored(f"sensor '{sensor.name}' measures at the origin of '{sensor.frame}': its "
-                       '<pose> is not x, y, z, roll, pitch, yaw in its link', pose.where)
-        return sensor
-    if pose.get('degrees').lower() in _TRUE:
-        mount[3:] = map(math.radians, mount[3:])
-    return replace(sensor, mount=tuple(mount))
 
 
 def _read_system(element: XmlElement, frames: Mapping[str, str], joints: Mapping[str, Joint],
@@ -315,6 +285,8 @@ def _read_joint(element: XmlElement, joints: Mapping[str, Joint], report: TextRe
     return HardwareJoint(
         name, commands, tuple(content.states), content.initial.get('position'),
         {kind: bounds for kind, bounds in content.bounds.items() if kind in _QUANTITIES},
+        {kind: content.initial.get(kind, 0.0) for kind in content.states
+         if kind not in _QUANTITIES},
         limited=enabled, free=joint.mimic is not None and not follows, follows=leader)
 
 

@@ -28,19 +28,24 @@ GPIO = ('<gpio name="speed"><command_interface name="target"/><state_interface n
         '<state_interface name="factor">' + INITIAL.format(1) + '</state_interface></gpio>')
 FORWARD = ('speed_controller:\n  ros__parameters:\n'
            '    type: forward_command_controller/ForwardCommandController\n'
-           '    joints: [speed]\n    interface_name: {0}\n')
+           '    joints: [{0}]\n    interface_name: {1}\n')
 
 
-def forwarding(package, interface):
-    """Return simulation and manager with a forward controller of a gpio that has had 0.5."""
-    package.write('config/ros2_controllers.yaml',
-                  package.ROS2 + FORWARD.format(interface))
+def managed(package):
+    """Return simulation and manager of all controllers that the package describes."""
     survey = survey_cell(str(package.folder))
     cell = survey.checked()
     cell = replace(cell, robots=tuple(replace(one, settings=one.settings.model_copy(
         update={'spawn_only': False})) for one in cell.robots))
     simulation = build_simulation(cell.settings, cell.model)
     (manager,) = build_managers(cell, simulation).values()
+    return simulation, manager
+
+
+def forwarding(package, interface, owner='speed'):
+    """Return the same with a forward controller, of a gpio or joint, that has had 0.5."""
+    package.write('config/ros2_controllers.yaml', package.ROS2 + FORWARD.format(owner, interface))
+    simulation, manager = managed(package)
     assert manager.switch(activate=['speed_controller']).ok
     manager.controllers['speed_controller'].receive([0.5])
     manager.update(simulation.time_ns, 0.002)
@@ -58,6 +63,59 @@ def test_the_state_of_a_gpio_mirrors_its_command(small_package):
     broadcaster = manager.controllers['joint_state_broadcaster']
     sample = [broadcaster.poll(), broadcaster.poll()][-1]
     assert ('speed', ('target', 'factor'), (0.5, 1.0)) in sample.dynamic
+
+
+FURTHER = joint(
+    'grip', 'position', 'set_gripper_max_effort', inside='<state_interface name="temperature">'
+    + INITIAL.format(25) + '</state_interface><state_interface name="set_gripper_max_effort"/>')
+
+
+def test_further_interfaces_of_a_joint_are_like_those_of_a_gpio(small_package):
+    """
+    A state mirrors the command of its name, others have their initial value; no drive follows.
+
+    generic_system.cpp: GenericSystem::read, the loopback on all other interfaces.
+    """
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), FURTHER)
+    simulation, manager = forwarding(small_package, 'set_gripper_max_effort', 'grip')
+    assert simulation.other_states == {
+        'grip/set_gripper_max_effort': 0.5, 'grip/temperature': 25.0}
+    commands, states = manager.list_hardware_interfaces()
+    assert [one.name for one in commands if one.name.startswith('grip/')] == [
+        'grip/position', 'grip/set_gripper_max_effort']
+    assert 'grip/temperature' in [one.name for one in states]
+    sample = manager.controllers['joint_state_broadcaster'].read(0)
+    (found,) = (entry for entry in sample.dynamic if entry[0] == 'grip')
+    assert found[1][2:] == ('temperature', 'set_gripper_max_effort')
+    assert found[2][2:] == (25.0, 0.5)
+
+
+def test_a_gripper_whose_bound_is_a_further_interface(small_package):
+    """It can be activated, and moves (parallel_gripper_action_controller_impl.hpp)."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), FURTHER)
+    small_package.write('config/ros2_controllers.yaml', small_package.ROS2 + (
+        'speed_controller:\n  ros__parameters:\n'
+        '    type: parallel_gripper_action_controller/GripperActionController\n    joint: grip\n'
+        '    max_effort_interface: grip/set_gripper_max_effort\n'))
+    simulation, manager = managed(small_package)
+    result = manager.switch(activate=['speed_controller'])
+    assert result.ok, result.message
+    assert manager.controllers['speed_controller'].send_goal([0.2], [], [30.0]).accepted
+    for _ in range(1000):
+        manager.update(simulation.time_ns, 0.002)
+        simulation.write(1)
+        simulation.step()
+    assert simulation.state.position[simulation.index['grip']] == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_simulators_joint_has_no_further_interfaces(small_package):
+    """Re-enacts gz_system.cpp: initSim registers position, velocity and effort alone."""
+    small_package.ros2_control(joint('shoulder', 'position'), joint('elbow', 'position'), FURTHER,
+                               plugin='gz_ros2_control/GazeboSimSystem')
+    simulation, manager, _ = start(small_package)
+    assert not simulation.other_states
+    assert 'grip/set_gripper_max_effort' not in [
+        one.name for one in manager.list_hardware_interfaces()[0]]
 
 
 def test_a_gpio_of_inactive_hardware_keeps_its_command(small_package):
