@@ -360,7 +360,7 @@ class StateInterfacesTopics(SampleTopics[StateInterfacesBroadcasterParameters]):
     def _publish(self, sample: SensorSample) -> None:
         if self._publisher.wanted(sample.time_ns):
             fill_time(self._message.header.stamp, sample.time_ns)
-            self._message.values = sample.values
+            self._message.values = sample.values.tolist()
             self._publisher.publish(self._message, sample.time_ns)
 
 
