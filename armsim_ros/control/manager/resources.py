@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -186,8 +187,8 @@ class Resources:
         """
         hardware = self.hardware
         for kind, required, offered in (
-            ('command', controller.required_command_interfaces, hardware.commands_of),
-            ('state', controller.required_state_interfaces, hardware.states_of),
+            ('command', controller.required_command_interfaces, cache(hardware.commands_of)),
+            ('state', controller.required_state_interfaces, cache(hardware.states_of)),
         ):
             for interface in required:
                 owner, _, quantity = interface.rpartition('/')
