@@ -325,7 +325,7 @@ class PidNode(CommandedNode):
     _topics: PidTopics
 
     def follow_parameters(self) -> None:
-        """Take measured states from where the parameters say."""
+        """Take measured states from where the parameters have them."""
         if self.opened:
             self._topics.follow_parameters()
 
