@@ -30,14 +30,15 @@ def bringup(*arguments: str, on_ready: Sequence[Any] = (), domain: int | None = 
     :param domain: ROS domain; by default leased from this machine's tests until bringup has ended.
     :raises RuntimeError: all such domains are in use.
     """
-    from launch import LaunchDescription
+    from launch import EventHandler, LaunchDescription
     from launch.actions import (
         ExecuteProcess,
         RegisterEventHandler,
         SetEnvironmentVariable,
         Shutdown,
     )
-    from launch.event_handlers import OnProcessExit, OnProcessIO
+    from launch.event_handlers import OnProcessExit
+    from launch.events.process import ProcessIO
 
     lease = ExitStack()
     if domain is None:
@@ -45,15 +46,15 @@ def bringup(*arguments: str, on_ready: Sequence[Any] = (), domain: int | None = 
     program = ExecuteProcess(
         cmd=[sys.executable, '-m', 'armsim_ros', 'bringup', *arguments],
         name='bringup', output='screen')
-    waiting, printed = list(on_ready), bytearray()
+    printed = bytearray()
 
-    def look(event: Any) -> list[Any] | None:
-        printed.extend(event.text)
-        if READY not in printed:
-            del printed[: -len(READY)]
-            return None
-        now, waiting[:] = list(waiting), []
-        return now
+    def is_ready(event: Any) -> bool:
+        if not isinstance(event, ProcessIO) or event.action is not program:
+            return False
+        printed.extend(event.text)  # the line may come in parts
+        found = READY in printed
+        del printed[:-len(READY)]
+        return found
 
     def ended(*_: Any) -> list[Any]:
         lease.close()
@@ -63,5 +64,7 @@ def bringup(*arguments: str, on_ready: Sequence[Any] = (), domain: int | None = 
         SetEnvironmentVariable('ROS_DOMAIN_ID', str(domain)),
         SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'),
         SetEnvironmentVariable('PYTHONUNBUFFERED', '1'),
-        RegisterEventHandler(OnProcessIO(target_action=program, on_stdout=look, on_stderr=look)),
+        # launch_testing and launch_pytest find a ReadyToTest only among known entities.
+        RegisterEventHandler(
+            EventHandler(matcher=is_ready, entities=list(on_ready), handle_once=True)),
         RegisterEventHandler(OnProcessExit(target_action=program, on_exit=ended)), program])

@@ -6,9 +6,14 @@ import signal
 
 import pytest
 
+from armsim_ros.launch.lookup import make_lookup
+from armsim_ros.launch.names import importable
+from armsim_ros.testing.launch import bringup
 from armsim_ros.testing.program import DOMAINS, private_domain, start_program
 
 statement = pytest.mark.statement
+
+DOMAIN = 75
 
 LAUNCH = """
 from launch import LaunchDescription
@@ -62,3 +67,53 @@ def test_an_arm_that_cannot_come_up_ends_the_launch(launched):
     program.wait(90.0)
     assert 'arm is ready' not in program.text
     assert "'nowhere'" in program.text
+
+
+@pytest.fixture
+def launch_modules():
+    """Make the modules of launch files importable."""
+    with importable(make_lookup([], [])):
+        yield
+
+
+def sub_entities(entities):
+    """Yield entities and those inside them, as the search for ReadyToTest goes through them."""
+    for entity in entities:
+        yield entity
+        yield from sub_entities(entity.describe_sub_entities())
+        for _, inside in entity.describe_conditional_sub_entities():
+            yield from sub_entities(inside)
+
+
+@statement('G9')
+@pytest.mark.usefixtures('launch_modules')
+def test_actions_that_wait_for_the_arm_are_found():
+    """launch_testing/loader.py, _normalize_ld; launch_pytest/plugin.py: exactly once."""
+    from launch import LaunchDescription
+    from launch.actions import LogInfo
+
+    ready = LogInfo(msg='arm is ready')
+    description = LaunchDescription([bringup(on_ready=[ready], domain=DOMAIN)])
+    assert [each for each in sub_entities(description.entities) if each is ready] == [ready]
+
+
+@statement('G9')
+@pytest.mark.usefixtures('launch_modules')
+def test_an_arm_is_ready_when_the_whole_line_is_printed():
+    """A line may come in two events; only the bringup's own output counts."""
+    from launch.actions import ExecuteProcess, RegisterEventHandler
+    from launch.events.process import ProcessIO
+
+    entities = bringup(domain=DOMAIN).entities
+    program = next(each for each in entities if isinstance(each, ExecuteProcess))
+    ready = next(each for each in entities if isinstance(each, RegisterEventHandler)).event_handler
+
+    def is_ready(text, action=program):
+        return ready.matches(ProcessIO(
+            action=action, name='it', cmd=[], cwd=None, env=None, pid=1, text=text))
+
+    line = b'You can start planning now!'
+    assert not is_ready(line, action=ExecuteProcess(cmd=['true']))
+    assert not is_ready(b'something else')
+    assert not is_ready(line[:9])
+    assert is_ready(line[9:])
