@@ -16,14 +16,7 @@ from armsim_ros.control.arm_state import Cause
 from armsim_ros.control.command_controllers.gripper_controller import GripperGoal
 from armsim_ros.control.manager.controller_manager import ControllerManager
 from armsim_ros.control.trajectory.goal import TrajectoryGoal
-from armsim_ros.errors import (
-    ControllerError,
-    ModelError,
-    nearest,
-    PlanningError,
-    Problem,
-    SimulationError,
-)
+from armsim_ros.errors import ControllerError, PlanningError, SimulationError
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.cell_loading import load_cell
 from armsim_ros.model.grippers import grippers_in
@@ -197,7 +190,7 @@ class ArmSim:
         """
         from armsim_ros.planning.request import MotionPlanRequest
 
-        group = group or next(iter(self.model.semantic.groups), '')
+        group = group or self.model.first_group
         request = MotionPlanRequest(
             group_name=group, goal_constraints=(self._constraints(goal, group),),
             allowed_planning_time=allowed_time, max_velocity_scaling_factor=velocity,
@@ -363,20 +356,10 @@ class ArmSim:
         from armsim_ros.planning.request import Constraints
 
         if isinstance(goal, str):
-            goal = self._named_state(goal, group)
+            goal = self.model.named_state(group, goal)
         if isinstance(goal, Constraints):
             return goal
         if isinstance(goal, Mapping):
             return Constraints.of_joints(goal)
         pose = np.asarray(goal, dtype=np.float64)
         return Constraints.of_pose(self.model.group(group).tips[0], pose, self.model.model_frame)
-
-    def _named_state(self, name: str, group: str) -> dict[str, float]:
-        states = self.model.semantic.named_states.get(group, {})
-        if name not in states:
-            raise ModelError(
-                Problem(
-                    f"group '{group}' has no named state '{name}'",
-                    allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states))))
-        return states[name]

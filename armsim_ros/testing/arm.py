@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from armsim_ros.arrays import Matrix
 from armsim_ros.config.world import BoxSettings, PartSettings, ShapeSettings, WorldObjectSettings
 from armsim_ros.errors import ControllerError
+from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.trajectory import JointTrajectory
 
 Target = str | Mapping[str, float] | Matrix
@@ -50,15 +52,17 @@ class Arm(ABC):
     """
     A robot arm under test; every wait is for simulated time or for a condition.
 
+    :param model: of the robot, or of all robots of a cell.
     :param seed: of the planner's random numbers.
     """
 
-    seed: int = 0
+    def __init__(self, model: RobotModel, seed: int) -> None:
+        self._model, self.seed = model, seed
 
     @property
-    @abstractmethod
     def name(self) -> str:
         """Name of the robot."""
+        return self._model.name
 
     @property
     @abstractmethod
@@ -71,24 +75,31 @@ class Arm(ABC):
         """Joint -> measured position [rad or m]."""
 
     @property
-    @abstractmethod
     def joints(self) -> tuple[str, ...]:
         """Names of the joints of the first planning group; the order of ``follow``'s points."""
+        model = self._model
+        group = model.first_group
+        return model.group(group).active_joints if group else model.active_joints
 
-    @property
-    @abstractmethod
+    @cached_property
     def named_states(self) -> dict[str, dict[str, float]]:
-        """Named state -> joint -> position [rad or m]."""
+        """Named state -> joint -> position [rad or m]; of equal names that of the first group."""
+        states: dict[str, dict[str, float]] = {}
+        for of_group in self._model.semantic.named_states.values():
+            for name, state in of_group.items():
+                states.setdefault(name, dict(state))
+        return states
 
     @abstractmethod
     def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
         """
         Plan a motion, execute it, and wait for its end.
 
-        :param target: a named state, joint -> position [rad or m], or the pose (4, 4) of the
-            group's tip in the model's frame.
+        :param target: a named state of the group, joint -> position [rad or m], or the pose (4, 4)
+            of the group's tip in the model's frame.
         :param group: planning group; by default the first.
         :param speed: share of the velocity limits in 0..1.
+        :raises ModelError: the group has no such named state.
         :raises PlanningError: there is no such motion.
         :raises ControllerError: it was refused or aborted.
         """

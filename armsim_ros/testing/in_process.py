@@ -113,8 +113,8 @@ class InProcessArm(Arm):
         self, cell: Cell, *, seed: int = 0, faults: Mapping[str, Mapping[str, Any]] | None = None,
         time_limit: float = 60.0
     ) -> None:
-        self.seed = seed
         self.sim = ArmSim(cell, seed=seed)
+        super().__init__(self.sim.model, seed)
         self.events: deque[ControllerEvent] = deque(maxlen=KEPT_EVENTS)
         self.recorder = FlightRecorder(self.sim.cell, self.sim.simulation, self.sim.managers)
         self._time_limit_ns = round(time_limit * 1e9)
@@ -125,11 +125,6 @@ class InProcessArm(Arm):
             self.fault(joint, **fault)
 
     @property
-    def name(self) -> str:
-        """Name of the robot."""
-        return self.sim.model.name
-
-    @property
     def time(self) -> float:
         """Simulated time [s]."""
         return self.sim.time
@@ -138,23 +133,6 @@ class InProcessArm(Arm):
     def positions(self) -> dict[str, float]:
         """Joint -> measured position [rad or m]."""
         return self.sim.joint_positions
-
-    @cached_property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the joints of the first planning group."""
-        groups = self.sim.model.semantic.groups
-        if not groups:
-            return tuple(self.sim.model.active_joints)
-        return next(iter(groups.values())).active_joints
-
-    @cached_property
-    def named_states(self) -> dict[str, dict[str, float]]:
-        """Named state -> joint -> position [rad or m]; of equal names that of the first group."""
-        states: dict[str, dict[str, float]] = {}
-        for of_group in self.sim.model.semantic.named_states.values():
-            for name, state in of_group.items():
-                states.setdefault(name, dict(state))
-        return states
 
     def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
         """Plan a motion, execute it, and wait for its end."""

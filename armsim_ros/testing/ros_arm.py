@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
 import json
 from pathlib import Path
 import shutil
@@ -27,11 +26,11 @@ from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
-from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import JointFault
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.errors import ControllerError, PlanningError
 from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
+from armsim_ros.model.cell import Cell
 from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
@@ -47,16 +46,17 @@ class RosArm(Arm):
     A robot of a running stack.
 
     :param robot: the user's view of the stack.
-    :param settings: of the robot: its name, and the controllers that trajectories are for.
-    :param faults: whether it was started with fault injection.
+    :param cell: the files that it was started with.
     """
 
-    def __init__(self, robot: RobotUser, settings: RobotSettings, *, faults: bool = False) -> None:
+    def __init__(self, robot: RobotUser, cell: Cell) -> None:
         """Wait for the first joint state, from which on time counts."""
+        super().__init__(cell.model, 0)
+        settings = cell.settings
         #: The user's view of the stack.
         self.robot = robot
         self._simulation = SimulationClient(robot.client)
-        self._name, self._faults = settings.name, faults
+        self._has_faults = settings.simulation.fault_injection
         self._controllers = settings.moveit_controllers
         self._cups = tuple(settings.simulation.vacuum_grippers)
         self._grippers = {
@@ -65,11 +65,6 @@ class RosArm(Arm):
             and controller.name in settings.spawn}
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
         self._start_ns = _stamp_ns(self._present())
-
-    @property
-    def name(self) -> str:
-        """Name of the robot."""
-        return self._name
 
     @property
     def time(self) -> float:
@@ -81,24 +76,13 @@ class RosArm(Arm):
         """Joint -> position [rad or m]."""
         return _positions(self._present())
 
-    @cached_property
-    def named_states(self) -> dict[str, dict[str, float]]:
-        """Named state -> joint -> position [rad or m]; of equal names that of the first group."""
-        states: dict[str, dict[str, float]] = {}
-        for (_, name), state in self.robot.move_group.named_states().items():
-            states.setdefault(name, state)
-        return states
-
-    @cached_property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the joints of the first planning group, as its named states list them."""
-        return tuple(next(iter(self.named_states.values()), self.positions))
-
     def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
         """Plan a motion, execute it, and wait for its end."""
-        group = group or next(iter(self.robot.move_group.named_states()), ('', ''))[0]
+        group = group or self._model.first_group
+        goal = (self._model.named_state(group, target) if isinstance(target, str)
+                else self.state(target))
         result = self.robot.move_group.move(
-            group, self.state(target), max_velocity_scaling_factor=float(speed))
+            group, goal, max_velocity_scaling_factor=float(speed))
         if result.error_code.val != SUCCESS:
             raise PlanningError(
                 result.error_code.val, result.error_code.message, result.error_code.source)
@@ -152,7 +136,7 @@ class RosArm(Arm):
 
     def fault(self, joint: str, **fault: Any) -> None:
         """Make a joint fail from now on, or be well again where nothing is given."""
-        if not self._faults:
+        if not self._has_faults:
             raise ControllerError(BUILT_WITHOUT_FAULTS)
         well = {kind: value.default for kind, value in JointFault.model_fields.items()}
         try:

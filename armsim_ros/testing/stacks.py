@@ -21,7 +21,6 @@ from armsim_ros.testing.program import domain_range, private_domain
 
 if TYPE_CHECKING:
     from armsim_ros.clients.client_node import ClientNode
-    from armsim_ros.config.robot_settings import RobotSettings
     from armsim_ros.model.cell import Cell
     from armsim_ros.testing.arm import Arm
     from armsim_ros.testing.robot_user import RobotUser
@@ -59,9 +58,18 @@ class ArmRequest:
     overrides: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def settings(self) -> dict[str, Any]:
+        """The overrides, and fault injection where a joint fails."""
+        return {**self.overrides, **({'simulation.fault_injection': True} if self.faults else {})}
+
+    @property
     def build_key(self) -> tuple[str, str | None, str]:
         """What two tests must have in common to share a build."""
-        return self.robot, self.world, repr(sorted(self.overrides.items()))
+        return self.robot, self.world, repr(sorted(self.settings.items()))
+
+    def cell(self) -> Cell:
+        """Return the checked files of the robot."""
+        return built_cell(self.robot, self.world, self.settings)
 
 
 WORDS = tuple(field.name for field in fields(ArmRequest))
@@ -128,24 +136,20 @@ def arm_in_process(desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm that the test steps, built from files that are read once a process."""
     from armsim_ros.testing.in_process import InProcessArm
 
-    overrides = dict(desired.overrides)
-    if desired.faults:
-        overrides['simulation.fault_injection'] = True
-    cell = built_cell(desired.robot, desired.world, overrides)
     yield InProcessArm(
-        cell, seed=desired.seed, faults=desired.faults, time_limit=desired.time_limit)
+        desired.cell(), seed=desired.seed, faults=desired.faults, time_limit=desired.time_limit)
 
 
 @contextmanager
 def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm of programs that the tests of a module share, as it is after their start."""
     shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
-    key = (desired.build_key, bool(desired.faults))
-    robot = shared.at_start(key, _arguments(desired), lambda: _settings(desired).namespace)
+    robot = shared.at_start(
+        desired.build_key, _arguments(desired), lambda: desired.cell().settings.namespace)
     from armsim_ros.testing.ros_arm import RosArm
 
     with _faulty(robot, desired):
-        yield RosArm(robot, _settings(desired), faults=bool(desired.faults))
+        yield RosArm(robot, desired.cell())
 
 
 @pytest.fixture(scope='module')
@@ -185,7 +189,7 @@ def armsim_node(ros_domain: int) -> Iterator[ClientNode]:
 def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[RobotUser]:
     from armsim_ros.testing.robot_user import running_robot
 
-    namespace = _settings(desired).namespace
+    namespace = desired.cell().settings.namespace
     domain = request.getfixturevalue('ros_domain')
     with (
         running_robot(*_arguments(desired), domain=domain, namespace=namespace) as robot,
@@ -194,21 +198,13 @@ def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Ro
         yield robot
 
 
-def _settings(desired: ArmRequest) -> RobotSettings:
-    """Return the checked files of the robot."""
-    return built_cell(desired.robot, desired.world, desired.overrides).settings
-
-
 def _arguments(desired: ArmRequest) -> list[str]:
     """Return the arguments of bringup."""
     arguments = [f'robot:={desired.robot}']
     if desired.world is not None:
         arguments.append(f'world:={desired.world}')
-    overrides: dict[str, Any] = dict(desired.overrides)
-    if desired.faults:
-        overrides['simulation.fault_injection'] = True
-    if overrides:
-        arguments.append(f'overrides:={json.dumps(overrides)}')
+    if desired.settings:
+        arguments.append(f'overrides:={json.dumps(desired.settings)}')
     return arguments
 
 

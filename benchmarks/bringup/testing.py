@@ -69,18 +69,18 @@ def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     begin = _now()
     from armsim_ros.testing.started_stack import SharedStack
 
-    def settings() -> Any:
+    def cell() -> Any:
         from armsim_ros.testing.stacks import built_cell
 
-        return built_cell(robot, None, {}).settings
+        return built_cell(robot, None, {})
 
     with private_domain() as domain:
         shared, found = SharedStack(domain), {}
         for what in ('first arm up', 'arm of the next test'):
-            user = shared.at_start(robot, [f'robot:={robot}'], lambda: settings().namespace)
+            user = shared.at_start(robot, [f'robot:={robot}'], lambda: cell().settings.namespace)
             from armsim_ros.testing.ros_arm import RosArm
 
-            RosArm(user, settings())
+            RosArm(user, cell())
             found[what] = _past(begin, _now())
             begin = _now()
         shared.close()
