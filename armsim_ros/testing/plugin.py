@@ -28,6 +28,7 @@ from armsim_ros.testing.stacks import (
     on_failure,
     requested,
     ros_domain,
+    SEED,
     users_errors_reported,
     WallTimeLimit,
 )
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = ['arm', 'armsim_node', 'armsim_shared_stack', 'armsim_stack', 'ros_domain']
 
-SEED = pytest.StashKey[int]()
 LIMIT = pytest.StashKey[WallTimeLimit]()
 
 #: Option -> (ini key, default, help).

@@ -47,11 +47,12 @@ class RosArm(Arm):
 
     :param robot: the user's view of the stack.
     :param cell: the files that it was started with.
+    :param seed: of the planner's random numbers, with which it was started.
     """
 
-    def __init__(self, robot: RobotUser, cell: Cell) -> None:
+    def __init__(self, robot: RobotUser, cell: Cell, *, seed: int = 0) -> None:
         """Wait for the first joint state, from which on time counts."""
-        super().__init__(cell.model, 0)
+        super().__init__(cell.model, seed)
         settings = cell.settings
         #: The user's view of the stack.
         self.robot = robot

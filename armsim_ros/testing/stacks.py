@@ -42,7 +42,7 @@ class ArmRequest:
     :param world: a world's name or file in place of the robot's own.
     :param mode: ``inprocess`` steps the stack in the test's process, ``process`` starts the real
         programs on a ROS domain of their own.
-    :param seed: of the planner's random numbers.
+    :param seed: of the planner's random numbers; a negative one leaves it to the robot's files.
     :param time_limit: what a test may take, both of simulated and of wall time [s].
     :param faults: joint -> what is wrong with it, such as ``{'joint_1': {'blocked': True}}``.
     :param overrides: dotted path -> value over the robot's files, such as
@@ -63,15 +63,24 @@ class ArmRequest:
         return {**self.overrides, **({'simulation.fault_injection': True} if self.faults else {})}
 
     @property
-    def build_key(self) -> tuple[str, str | None, str]:
-        """What two tests must have in common to share a build."""
-        return self.robot, self.world, repr(sorted(self.settings.items()))
+    def arguments(self) -> tuple[str, ...]:
+        """The arguments of bringup; tests that have them in common can share programs."""
+        arguments = [f'robot:={self.robot}']
+        if self.world is not None:
+            arguments.append(f'world:={self.world}')
+        if self.seed >= 0:
+            arguments.append(f'seed:={self.seed}')
+        if self.settings:
+            arguments.append(f'overrides:={json.dumps(self.settings, sort_keys=True)}')
+        return tuple(arguments)
 
     def cell(self) -> Cell:
         """Return the checked files of the robot."""
         return built_cell(self.robot, self.world, self.settings)
 
 
+#: Seed where no marker gives it.
+SEED: pytest.StashKey[int] = pytest.StashKey()
 WORDS = tuple(field.name for field in fields(ArmRequest))
 
 
@@ -144,12 +153,11 @@ def arm_in_process(desired: ArmRequest) -> Iterator[Arm]:
 def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Arm]:
     """Give an arm of programs that the tests of a module share, as it is after their start."""
     shared: SharedStack = request.getfixturevalue('armsim_shared_stack')
-    robot = shared.at_start(
-        desired.build_key, _arguments(desired), lambda: desired.cell().settings.namespace)
+    robot = shared.at_start(desired.arguments, lambda: desired.cell().settings.namespace)
     from armsim_ros.testing.ros_arm import RosArm
 
     with _faulty(robot, desired):
-        yield RosArm(robot, desired.cell())
+        yield RosArm(robot, desired.cell(), seed=desired.seed)
 
 
 @pytest.fixture(scope='module')
@@ -172,7 +180,8 @@ def ros_domain(request: pytest.FixtureRequest) -> Iterator[int]:
 @pytest.fixture(scope='module')
 def armsim_stack(request: pytest.FixtureRequest) -> Iterator[RobotUser]:
     """Run the programs of the module's marker ``armsim`` for a module of tests."""
-    with _running(request, requested(request.node, mode='process', seed=0)) as robot:
+    desired = requested(request.node, mode='process', seed=request.config.stash[SEED])
+    with _running(request, desired) as robot:
         yield robot
 
 
@@ -192,20 +201,10 @@ def _running(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterator[Ro
     namespace = desired.cell().settings.namespace
     domain = request.getfixturevalue('ros_domain')
     with (
-        running_robot(*_arguments(desired), domain=domain, namespace=namespace) as robot,
+        running_robot(*desired.arguments, domain=domain, namespace=namespace) as robot,
         _faulty(robot, desired),
     ):
         yield robot
-
-
-def _arguments(desired: ArmRequest) -> list[str]:
-    """Return the arguments of bringup."""
-    arguments = [f'robot:={desired.robot}']
-    if desired.world is not None:
-        arguments.append(f'world:={desired.world}')
-    if desired.settings:
-        arguments.append(f'overrides:={json.dumps(desired.settings)}')
-    return arguments
 
 
 @contextmanager

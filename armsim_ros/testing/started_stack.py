@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -103,12 +103,10 @@ class SharedStack:
     def __init__(self, domain: int) -> None:
         self._domain = domain
         self._stack = ExitStack()
-        self._key: Hashable = None
+        self._arguments: Sequence[str] = ()
         self._started: StartedStack | None = None
 
-    def at_start(
-        self, key: Hashable, arguments: Sequence[str], namespace: Callable[[], str]
-    ) -> RobotUser:
+    def at_start(self, arguments: Sequence[str], namespace: Callable[[], str]) -> RobotUser:
         """
         Return a stack as it is after its start.
 
@@ -116,11 +114,10 @@ class SharedStack:
         Where controllers or parameters differ from those of the start, or the programs answer no
         more, they are ended and started again.
 
-        :param key: equal for requests that one stack can serve.
-        :param arguments: of bringup.
+        :param arguments: of bringup; equal for requests that one stack can serve.
         :param namespace: returns where the robot's controllers are; called while programs start.
         """
-        if self._started is None or key != self._key or not self._started.put_back():
+        if self._started is None or arguments != self._arguments or not self._started.put_back():
             self.close()
             with ExitStack() as starting:
                 program = starting.enter_context(
@@ -129,7 +126,7 @@ class SharedStack:
                 from armsim_ros.testing.robot_user import user_of
 
                 robot = starting.enter_context(user_of(program, self._domain, namespace()))
-                self._started, self._key = StartedStack(robot), key
+                self._started, self._arguments = StartedStack(robot), arguments
                 self._stack = starting.pop_all()
         return self._started.robot
 

@@ -77,7 +77,7 @@ def over_dds(robot: str) -> dict[str, tuple[float, float]]:
     with private_domain() as domain:
         shared, found = SharedStack(domain), {}
         for what in ('first arm up', 'arm of the next test'):
-            user = shared.at_start(robot, [f'robot:={robot}'], lambda: cell().settings.namespace)
+            user = shared.at_start([f'robot:={robot}'], lambda: cell().settings.namespace)
             from armsim_ros.testing.ros_arm import RosArm
 
             RosArm(user, cell())

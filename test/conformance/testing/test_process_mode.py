@@ -22,6 +22,7 @@ TESTS = f"""
 
     import pytest
     from armsim_ros import SimulationError
+    from armsim_ros.clients.controller_manager import ParameterClient
     from armsim_ros.clients.simulation import SimulationClient
     from armsim_ros.testing import assert_reached, assert_rejected
 
@@ -31,6 +32,9 @@ TESTS = f"""
     def test_over_ros(arm, ros_domain):
         assert ros_domain != 7
         assert arm.name == 'sunday'
+        assert arm.seed == 5
+        planner = ParameterClient(arm.robot.client, '/move_group')
+        assert planner.get('planning_seed') == 5
         arm.move_to('scan_food')
         assert_reached(arm, {{'joint_5': 1.57}})
         before = arm.time
@@ -100,7 +104,7 @@ TESTS = f"""
 @pytest.fixture(scope='module')
 def run(run_file):
     """Return what came of these tests."""
-    return run_file(TESTS, '--armsim-keep')
+    return run_file(TESTS, '--armsim-keep', '--armsim-seed=5')
 
 
 @pytest.fixture(scope='module')
