@@ -4,29 +4,21 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from control_msgs.action import FollowJointTrajectory, GripperCommand, ParallelGripperCommand
 from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 from rclpy.task import Future
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from armsim_ros.config.trajectory_execution import MoveItControllerSettings
-from armsim_ros.errors import MoveItErrorCode, PlanningError
-from armsim_ros.execution.controller_selection import (
-    gripper_target,
-    MultiDofTrajectory,
-    parallel_gripper_target,
-)
+from armsim_ros.execution.controller_selection import MultiDofTrajectory
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.conversions.trajectory import multi_dof_to_message, trajectory_to_message
+from armsim_ros.nodes.move_group.execution.controller_actions import action_of
 from armsim_ros.trajectory import JointTrajectory
 
 
@@ -103,9 +95,8 @@ class ControllerRun:
         if self.rejected:
             return 'the goal was rejected'
         answer = self._answer()
-        if answer is None or self._controller.succeeded(answer.status):
-            return ''
-        return self._controller.sentence(answer.result) or f'goal status {answer.status}'
+        return '' if answer is None else self._controller.action.failure(
+            answer.status, answer.result)
 
     def cancel(self) -> None:
         """Ask the controller to stop; asking twice does no harm."""
@@ -118,7 +109,7 @@ class ControllerRun:
         return self._result.result() if self._result is not None and self.done else None
 
 
-class ControllerHandle(ABC):
+class ControllerHandle:
     """
     A controller that trajectories can be sent to.
 
@@ -126,16 +117,15 @@ class ControllerHandle(ABC):
     :param changed: called when a goal's result is there.
     """
 
-    action_type: Any
-
     def __init__(
         self, node: Node, settings: MoveItControllerSettings, changed: Callable[[], None]
     ) -> None:
         self.settings, self._node, self._changed = settings, node, changed
+        self.action = action_of(settings, node.get_logger().warning)
         self._reasons: Subscription | None = None
         self._reason = ''
         self._client = ActionClient(
-            node, self.action_type, settings.action_name, callback_group=ReentrantCallbackGroup())
+            node, self.action.type, settings.action_name, callback_group=ReentrantCallbackGroup())
 
     @property
     def connected(self) -> bool:
@@ -151,13 +141,13 @@ class ControllerHandle(ABC):
         :raises PlanningError: CONTROL_FAILED where the controller cannot run such a part.
         """
         self._reason = ''
-        sent = self._client.send_goal_async(self.goal(trajectory, multi_dof))
+        sent = self._client.send_goal_async(self.action.goal(trajectory, multi_dof))
         return ControllerRun(sent, self, self._changed)
 
     @property
     def publishes_reasons(self) -> bool:
         """Whether the controller publishes why it rejects a goal; those of ros2_control do not."""
-        return self._node.count_publishers(self._reason_topic) > 0
+        return self._node.count_publishers(self.action.reason_topic) > 0
 
     @property
     def reason(self) -> str:
@@ -168,116 +158,16 @@ class ControllerHandle(ABC):
         """
         if self._reasons is None:
             self._reasons = self._node.create_subscription(
-                String, self._reason_topic, self._take_reason, qos.LATCHED,
+                String, self.action.reason_topic, self._take_reason, qos.LATCHED,
                 callback_group=ReentrantCallbackGroup())
         return self._reason
-
-    @property
-    def _reason_topic(self) -> str:
-        return f"{self.settings.action_name.rpartition('/')[0]}/rejected_goals"
 
     def _take_reason(self, message: String) -> None:
         self._reason = message.data
         self._changed()
-
-    def succeeded(self, status: int) -> bool:
-        """Return whether a goal with this status has succeeded; the result is not read."""
-        return status == GoalStatus.STATUS_SUCCEEDED
 
     def close(self) -> None:
         """Remove the action client."""
         self._client.destroy()
         if self._reasons is not None:
             self._node.destroy_subscription(self._reasons)
-
-    @abstractmethod
-    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
-        """Return the goal message of a part."""
-
-    @abstractmethod
-    def sentence(self, result: Any) -> str:
-        """Return the controller's description of a failure, '' where it has none."""
-
-
-class FollowJointTrajectoryHandle(ControllerHandle):
-    """A controller with a FollowJointTrajectory action."""
-
-    action_type = FollowJointTrajectory
-
-    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
-        """Return the goal: the part as it is, tolerances left to the controller."""
-        goal = FollowJointTrajectory.Goal(trajectory=trajectory_to_message(trajectory))
-        if multi_dof is not None:
-            goal.multi_dof_trajectory = multi_dof_to_message(multi_dof)
-        return goal
-
-    def sentence(self, result: Any) -> str:
-        """Return the controller's sentence, or its error code."""
-        failed = result.error_code != FollowJointTrajectory.Result.SUCCESSFUL
-        return result.error_string or (f'error code {result.error_code}' if failed else '')
-
-
-class GripperHandle(ControllerHandle):
-    """A controller of a gripper."""
-
-    def goal(self, trajectory: JointTrajectory, multi_dof: MultiDofTrajectory | None) -> Any:
-        """Return the goal: the last position of the command joint."""
-        if multi_dof is not None or not len(trajectory):
-            raise PlanningError(
-                MoveItErrorCode.CONTROL_FAILED,
-                f"gripper controller '{self.settings.name}' cannot run multi-DOF trajectories")
-        return self._command(trajectory)
-
-    def sentence(self, result: Any) -> str:
-        """Return what kept the gripper from its goal."""
-        return 'the gripper stalled' if result.stalled else 'goal not reached'
-
-    @abstractmethod
-    def _command(self, trajectory: JointTrajectory) -> Any:
-        """Return the goal message."""
-
-
-class GripperCommandHandle(GripperHandle):
-    """A gripper with a GripperCommand action."""
-
-    action_type = GripperCommand
-
-    def succeeded(self, status: int) -> bool:
-        """Return whether the goal has succeeded, or was aborted where that is allowed."""
-        aborted = status == GoalStatus.STATUS_ABORTED
-        return (aborted and self.settings.allow_failure) or super().succeeded(status)
-
-    def _command(self, trajectory: JointTrajectory) -> Any:
-        settings = self.settings
-        target = gripper_target(trajectory, settings)
-        if target.assumed:
-            self._node.get_logger().warning(
-                f"controller '{settings.name}': the trajectory has no command joint "
-                f"'{settings.command_joint or settings.joints[0]}'; the position of "
-                f"'{target.joint}' is sent")
-        goal = GripperCommand.Goal()
-        goal.command.position = target.position
-        goal.command.max_effort = (settings.max_effort if target.effort is None else target.effort)
-        return goal
-
-
-class ParallelGripperCommandHandle(GripperHandle):
-    """A gripper with a ParallelGripperCommand action."""
-
-    action_type = ParallelGripperCommand
-
-    def _command(self, trajectory: JointTrajectory) -> Any:
-        target = parallel_gripper_target(trajectory, self.settings)
-        command = JointState(name=[target.joint], position=[target.position])
-        if self.settings.max_velocity > 0.0:
-            command.velocity = [self.settings.max_velocity]
-        if self.settings.max_effort > 0.0:
-            command.effort = [self.settings.max_effort]
-        return ParallelGripperCommand.Goal(command=command)
-
-
-HANDLES: dict[str, type[ControllerHandle]] = {
-    'FollowJointTrajectory': FollowJointTrajectoryHandle,
-    'GripperCommand': GripperCommandHandle,
-    'ParallelGripperCommand': ParallelGripperCommandHandle,
-}

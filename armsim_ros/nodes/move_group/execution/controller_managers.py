@@ -23,7 +23,7 @@ from armsim_ros.execution.controller_selection import (
 from armsim_ros.execution.ros2_control import ListedController, ManagedControllers
 from armsim_ros.execution.rules import check_points, Tolerances
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.execution.controller_handles import ControllerHandle, HANDLES
+from armsim_ros.nodes.move_group.execution.controller_handles import ControllerHandle
 from armsim_ros.trajectory import JointTrajectory
 
 SOURCE = 'trajectory_execution'
@@ -62,7 +62,7 @@ class SimpleControllerManager:
                 handle.close()
         for name, each in known.items():
             if name not in self._handles and self._takes_trajectories(each):
-                self._handles[name] = HANDLES[each.type](
+                self._handles[name] = ControllerHandle(
                     self._context.node, each, self._context.ticker.wake)
 
     def _takes_trajectories(self, each: MoveItControllerSettings) -> bool:

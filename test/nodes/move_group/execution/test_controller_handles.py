@@ -14,7 +14,8 @@ from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.errors import PlanningError
 from armsim_ros.execution.controller_selection import MultiDofTrajectory
 from armsim_ros.nodes.conversions.trajectory import multi_dof_from_message
-from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun, HANDLES
+from armsim_ros.nodes.move_group.execution.controller_actions import action_of
+from armsim_ros.nodes.move_group.execution.controller_handles import ControllerRun
 from armsim_ros.trajectory import JointTrajectory
 
 SUCCEEDED, ABORTED, CANCELED = (
@@ -26,19 +27,19 @@ DRIVE = MultiDofTrajectory(
     np.arange(12.0).reshape(2, 1, 6), 5_000_000_000)
 
 
-def handle(kind, **options):
-    """Return a controller's handle without a node."""
-    made = object.__new__(HANDLES[kind])
-    made.settings = MoveItControllerSettings(
+def action(kind, **options):
+    """Return a controller's action."""
+    settings = MoveItControllerSettings(
         name='hand', type=kind, action_ns='', joints=('finger',), **options)
-    made._node = SimpleNamespace(get_logger=lambda: SimpleNamespace(warning=lambda text: None))
-    return made
+    return action_of(settings, lambda _: None)
 
 
 def ended(kind, status, result, **options):
     """Return a goal that has ended."""
     sent, answer = Future(), Future()
-    run = ControllerRun(sent, handle(kind, **options), lambda: None)
+    used = action(kind, **options)
+    controller = SimpleNamespace(settings=used.settings, action=used)
+    run = ControllerRun(sent, controller, lambda: None)
     sent.set_result(SimpleNamespace(accepted=True, get_result_async=lambda: answer))
     answer.set_result(SimpleNamespace(status=status, result=result))
     return run
@@ -51,11 +52,11 @@ def test_the_status_decides(kind):
 
     Upstream: action_based_controller_handle.hpp, finishControllerExecution.
     """
-    action = {'GripperCommand': GripperCommand, 'ParallelGripperCommand': ParallelGripperCommand}
-    stalled = action[kind].Result(stalled=True, reached_goal=False)
+    message = action(kind).type
+    stalled = message.Result(stalled=True, reached_goal=False)
     assert not ended(kind, SUCCEEDED, stalled).failed
-    assert not ended(kind, SUCCEEDED, action[kind].Result()).failed
-    arrived = action[kind].Result(reached_goal=True)
+    assert not ended(kind, SUCCEEDED, message.Result()).failed
+    arrived = message.Result(reached_goal=True)
     assert ended(kind, ABORTED, arrived).failed
     assert ended(kind, ABORTED, stalled).failure == 'the gripper stalled'
     assert ended(kind, CANCELED, stalled).canceled
@@ -94,14 +95,14 @@ def test_commands_of_grippers():
     Upstream: gripper_command_controller_handle.hpp and
     parallel_gripper_command_controller_handle.hpp, sendTrajectory.
     """
-    goal = handle('GripperCommand', max_effort=9.0).goal(CLOSING, None)
+    goal = action('GripperCommand', max_effort=9.0).goal(CLOSING, None)
     assert (goal.command.position, goal.command.max_effort) == (0.02, 4.0)
     bare = JointTrajectory(CLOSING.joint_names, CLOSING.times, CLOSING.positions)
-    assert handle('GripperCommand', max_effort=9.0).goal(bare, None).command.max_effort == 9.0
-    command = handle('ParallelGripperCommand', max_velocity=0.1).goal(CLOSING, None).command
+    assert action('GripperCommand', max_effort=9.0).goal(bare, None).command.max_effort == 9.0
+    command = action('ParallelGripperCommand', max_velocity=0.1).goal(CLOSING, None).command
     assert (list(command.name), list(command.position)) == (['finger'], [0.02])
     assert (list(command.velocity), list(command.effort)) == ([0.1], [])
-    command = handle('ParallelGripperCommand', max_effort=3.0).goal(CLOSING, None).command
+    command = action('ParallelGripperCommand', max_effort=3.0).goal(CLOSING, None).command
     assert (list(command.velocity), list(command.effort)) == ([], [3.0])
 
 
@@ -113,7 +114,7 @@ def test_grippers_have_one_degree_of_freedom(kind):
     Upstream: gripper_command_controller_handle.hpp, sendTrajectory.
     """
     with pytest.raises(PlanningError, match='cannot run multi-DOF'):
-        handle(kind).goal(JointTrajectory(()), DRIVE)
+        action(kind).goal(JointTrajectory(()), DRIVE)
 
 
 def test_multi_dof_points_reach_the_controller():
@@ -122,7 +123,7 @@ def test_multi_dof_points_reach_the_controller():
 
     Upstream: follow_joint_trajectory_controller_handle.cpp, sendTrajectory.
     """
-    goal = handle('FollowJointTrajectory').goal(JointTrajectory((), stamp_ns=7), DRIVE)
+    goal = action('FollowJointTrajectory').goal(JointTrajectory((), stamp_ns=7), DRIVE)
     assert not goal.trajectory.points
     assert goal.trajectory.header.stamp.nanosec == 7
     again = multi_dof_from_message(goal.multi_dof_trajectory)

@@ -60,9 +60,9 @@ def managers():
 @pytest.fixture
 def manager_of(managers, monkeypatch):
     """Return a function that makes what knows the controllers."""
-    for kind in controller_managers.HANDLES:
-        monkeypatch.setitem(controller_managers.HANDLES, kind,
-                            lambda node, settings, wake: SimpleNamespace(settings=settings))
+    monkeypatch.setattr(
+        controller_managers, 'ControllerHandle',
+        lambda node, settings, wake: SimpleNamespace(settings=settings))
 
     def create_client(kind, name, callback_group):
         namespace, _, service = name.rpartition('/controller_manager/')

@@ -84,8 +84,8 @@ def kinematics(cell):
 def execution(cell, kinematics, monkeypatch):
     """Return the queue of a move_group whose controllers are not there."""
     monkeypatch.setattr(trajectory_execution, 'Execution', Execution)
-    monkeypatch.setattr(controller_managers, 'HANDLES', {
-        'FollowJointTrajectory': lambda node, settings, wake: None})
+    monkeypatch.setattr(
+        controller_managers, 'ControllerHandle', lambda node, settings, wake: None)
     monkeypatch.setattr(Execution, 'made', ())
 
     async def now(work):
