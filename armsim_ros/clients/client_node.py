@@ -114,14 +114,22 @@ class ClientNode(SpinningNode):
         :param timeout: [s] for the server to appear.
         :raises AssertionError: no server in time.
         """
-        is_new = (kind, name) not in self._actions
-        action = self.action(kind, name)
-        assert action.wait_for_server(timeout), f'no action server {name} in {timeout} s'
-        if is_new:
-            self.settle()
-        run = GoalRun(self, name)
+        assert self.has_server(kind, name, timeout), f'no action server {name} in {timeout} s'
+        run, action = GoalRun(self, name), self.action(kind, name)
         self.in_executor(lambda: run.send(action, message, feedback))
         return run
+
+    def has_server(self, kind: type[Any], name: str, timeout: float = PATIENCE) -> bool:
+        """
+        Return whether an action has a server, which has found this client.
+
+        :param timeout: [s] for the server to appear.
+        """
+        is_new = (kind, name) not in self._actions
+        found = bool(self.action(kind, name).wait_for_server(timeout))
+        if found and is_new:
+            self.settle()
+        return found
 
     def in_executor(self, work: Callable[[], Any], timeout: float = PATIENCE) -> Any:
         """

@@ -174,6 +174,19 @@ def split_trajectory(
     return parts
 
 
+def controller_parts(
+    trajectory: JointTrajectory, robot: RobotModel, controllers: Sequence[MoveItControllerSettings]
+) -> list[tuple[MoveItControllerSettings, JointTrajectory]]:
+    """
+    Return the controllers that move a trajectory, each with its part of it.
+
+    :param trajectory: without a fault; joints that no controller has to move are left out.
+    :raises PlanningError: as :func:`controlled_joints` and :func:`select_controllers`.
+    """
+    moved = actuated(trajectory, robot)
+    return split_trajectory(moved, select_controllers(moved.joint_names, controllers))
+
+
 def coverage_report(
     robot: RobotModel, controllers: Sequence[MoveItControllerSettings]
 ) -> list[str]:

@@ -23,11 +23,9 @@ from armsim_ros.control.trajectory.goal import GoalResponse, TrajectoryGoal
 from armsim_ros.control.trajectory.joint_trajectory_controller import JointTrajectoryController
 from armsim_ros.errors import ControllerError, PlanningError
 from armsim_ros.execution.controller_selection import (
-    actuated,
+    controller_parts,
     gripper_target,
     parallel_gripper_target,
-    select_controllers,
-    split_trajectory,
 )
 from armsim_ros.model.robot_model import RobotModel
 from armsim_ros.trajectory import JointTrajectory
@@ -80,9 +78,7 @@ def send_parts(
     found = {name: settings for name, controller in usable.items()
              if (settings := _settings(name, controller, known)) is not None}
     try:
-        moved = actuated(trajectory, model)
-        chosen = select_controllers(moved.joint_names, list(found.values()))
-        parts = split_trajectory(moved, chosen)
+        parts = controller_parts(trajectory, model, list(found.values()))
         for settings, part in parts:
             controller = usable[settings.name]
             reason = controller.check_goal(part) if isinstance(

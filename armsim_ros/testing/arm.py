@@ -23,6 +23,8 @@ from armsim_ros.trajectory import JointTrajectory
 Target = str | Mapping[str, float] | Matrix
 Points = JointTrajectory | Sequence[tuple[float, Mapping[str, float] | Sequence[float]]]
 
+#: Fingers without a gripper controller move so long [s].
+FINGERS_MOVE = 1.0
 BUILT_WITHOUT_FAULTS = (
     "joints fail only where the marker sets it: armsim(faults={'joint': {...}})")
 
@@ -144,7 +146,6 @@ class Arm(ABC):
     def _switch(self, controller: str, *, active: bool) -> None:
         """Activate or deactivate a controller; ControllerError where that cannot be."""
 
-    @abstractmethod
     def grasp(self, effort: float = 0.0) -> None:
         """
         Close the fingers, or switch the suction cup on, and wait for the end of it.
@@ -155,13 +156,36 @@ class Arm(ABC):
         :param effort: of a gripper controller [N*m or N]; 0 leaves it to its parameters.
         :raises ControllerError: the arm has neither, or a controller refuses.
         """
+        if not self._switch_cups(on=True):
+            self._move_fingers('close', effort)
 
-    @abstractmethod
     def release(self) -> None:
         """
         Open the fingers, to the first named state that begins with ``open``, or switch off.
 
         :raises ControllerError: the arm has neither, or a controller refuses.
+        """
+        if not self._switch_cups(on=False):
+            self._move_fingers('open', 0.0)
+
+    @abstractmethod
+    def _switch_cups(self, *, on: bool) -> bool:
+        """Switch the suction cups, and wait for the end of it; False where there are none."""
+
+    def _move_fingers(self, word: str, effort: float) -> None:
+        state = self.finger_state(word)
+        if not self._command_grippers(state, effort):
+            self.follow([(FINGERS_MOVE, state)])
+
+    @abstractmethod
+    def _command_grippers(self, state: Mapping[str, float], effort: float) -> bool:
+        """
+        Have gripper controllers move joints, and wait for the end of it.
+
+        :param state: joint -> position [rad or m].
+        :param effort: [N*m or N]; 0 leaves it to their parameters.
+        :returns: False where no gripper controller has any of the joints.
+        :raises ControllerError: a controller refuses.
         """
 
     @abstractmethod

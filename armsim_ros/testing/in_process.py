@@ -89,8 +89,8 @@ class ContactLog:
 
 #: Time between samples of the contacts [ns]; a touch of stiff bodies lasts several times that.
 LOOK_NS = 2_000_000
-#: A suction cup is waited for so long [s], and fingers without a gripper controller move so long.
-SUCTION, FINGERS_MOVE = 2.0, 1.0
+#: A suction cup is waited for so long [s].
+SUCTION = 2.0
 #: Events that a report can show.
 KEPT_EVENTS = 200
 
@@ -146,22 +146,17 @@ class InProcessArm(Arm):
         """Let simulated time pass [s]."""
         self.sim.run_until(self.time + seconds)
 
-    def grasp(self, effort: float = 0.0) -> None:
-        """Close the fingers, or switch the suction cup on, and wait for the end of it."""
-        if not self._cups:
-            self._move_fingers('close', effort)
-            return
+    def _switch_cups(self, *, on: bool) -> bool:
+        """Switch the suction cups; wait until the arm holds something, for a while at most."""
         for cup in self._cups:
-            cup.on()
-        limit = self.time + SUCTION
-        self.sim.run_until(lambda: bool(self.sim.held) or self.time >= limit)
-
-    def release(self) -> None:
-        """Open the fingers, or switch the suction cup off."""
-        if not self._cups:
-            self._move_fingers('open', 0.0)
-        for cup in self._cups:
-            cup.off()
+            if on:
+                cup.on()
+            else:
+                cup.off()
+        if self._cups and on:
+            limit = self.time + SUCTION
+            self.sim.run_until(lambda: bool(self.sim.held) or self.time >= limit)
+        return bool(self._cups)
 
     def held(self) -> tuple[str, ...]:
         """Return the objects that the arm holds."""
@@ -172,23 +167,19 @@ class InProcessArm(Arm):
         return tuple(VacuumControl(self.sim.loop, cup, lambda: None)
                      for cup in self.sim.simulation.vacuum_grippers.values())
 
-    def _move_fingers(self, word: str, effort: float) -> None:
-        state = self.finger_state(word)
+    def _command_grippers(self, state: Mapping[str, float], effort: float) -> bool:
+        """Have the active gripper controllers move their joints."""
         grippers = [controller for manager in self.sim.managers.values()
                     for controller in manager.controllers.values()
                     if isinstance(controller, GripperBase) and controller.active
                     and controller.joints[0] in state]
-        if not grippers:
-            joints = {name: at for name, at in state.items()
-                      if self.sim.model.joints[name].mimic is None}
-            self.follow([(FINGERS_MOVE, joints)])
-            return
         for gripper in grippers:
             response = gripper.close_to(state[gripper.joints[0]], effort)
             goal = response.goal
             if goal is None:
                 raise ControllerError(f"controller '{gripper.name}' refuses: {response.reason}")
             self.sim.run_until(partial(getattr, goal, 'done'))
+        return bool(grippers)
 
     def touches(self, since: float | None = None) -> tuple[Touch, ...]:
         """Return what touched what after a simulated time [s], oldest first; None: ever."""

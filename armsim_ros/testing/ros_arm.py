@@ -4,41 +4,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import json
 from pathlib import Path
 import shutil
 from typing import Any
 
-from control_msgs.action import GripperCommand, ParallelGripperCommand
+import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty, SetBool, Trigger
 
 from armsim_ros.arrays import Matrix
 from armsim_ros.clients.client_node import LATCHED
+from armsim_ros.clients.controller_goals import send_parts
 from armsim_ros.clients.controller_manager import ControllerManagerClient
 from armsim_ros.clients.motion import SUCCESS
 from armsim_ros.clients.simulation import SimulationClient
-from armsim_ros.clients.trajectory import SUCCEEDED, TrajectoryClient
-from armsim_ros.config.controllers.controller_settings import ControllerSettings
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
     ParallelGripperActionControllerParameters,
 )
 from armsim_ros.config.simulation import JointFault
+from armsim_ros.config.trajectory_execution import MoveItControllerSettings
 from armsim_ros.config.world import WorldObjectSettings
 from armsim_ros.errors import ControllerError, PlanningError
-from armsim_ros.execution.controller_selection import select_controllers, split_trajectory
+from armsim_ros.execution.controller_selection import controller_parts
 from armsim_ros.model.cell import Cell
 from armsim_ros.model.transforms import pose_matrix
-from armsim_ros.nodes.conversions.trajectory import trajectory_to_message
 from armsim_ros.testing.arm import Arm, BUILT_WITHOUT_FAULTS, Points, Target, Touch
 from armsim_ros.testing.robot_user import AT_REST, RobotUser
+from armsim_ros.trajectory import JointTrajectory
 
 SECOND_NS = 1_000_000_000
-#: Fingers without a gripper controller move so long [s].
-FINGERS_MOVE = 1.0
 
 
 class RosArm(Arm):
@@ -48,22 +46,27 @@ class RosArm(Arm):
     :param robot: the user's view of the stack.
     :param cell: the files that it was started with.
     :param seed: of the planner's random numbers, with which it was started.
+    :param time_limit: wall time that a motion may take [s].
     """
 
-    def __init__(self, robot: RobotUser, cell: Cell, *, seed: int = 0) -> None:
+    def __init__(
+        self, robot: RobotUser, cell: Cell, *, seed: int = 0, time_limit: float = 60.0
+    ) -> None:
         """Wait for the first joint state, from which on time counts."""
         super().__init__(cell.model, seed)
         settings = cell.settings
         #: The user's view of the stack.
         self.robot = robot
         self._simulation = SimulationClient(robot.client)
+        self._time_limit = time_limit
         self._has_faults = settings.simulation.fault_injection
         self._controllers = settings.moveit_controllers
         self._cups = tuple(settings.simulation.vacuum_grippers)
-        self._grippers = {
-            controller.parameters.joint: controller for controller in settings.controllers
+        self._grippers = [
+            _gripper(f'{robot.namespace}/{controller.name}', controller.parameters)
+            for controller in settings.controllers
             if isinstance(controller.parameters, GripperParameters)
-            and controller.name in settings.spawn}
+            and controller.name in settings.spawn]
         self._states = robot.client.collect(f'{robot.namespace}/joint_states', JointState)
         self._start_ns = _stamp_ns(self._present())
 
@@ -92,19 +95,13 @@ class RosArm(Arm):
         """Have the controllers run a trajectory as it is, and wait until the arm rests."""
         trajectory = self.trajectory(points)
         try:
-            chosen = select_controllers(trajectory.joint_names, self._controllers)
+            sent = send_parts(
+                self.robot.client, controller_parts(trajectory, self._model, self._controllers))
         except PlanningError as error:
             raise ControllerError(str(error)) from None
-        goals = [
-            TrajectoryClient(self.robot.client, f'/{controller.name.lstrip("/")}').send(
-                trajectory_to_message(part))
-            for controller, part in split_trajectory(trajectory, chosen)]
-        for goal in goals:
-            if not goal.accepted():
-                raise ControllerError('refused; the reason is in the log of the simulation')
-        for outcome in [goal.result(trajectory.duration + 20.0) for goal in goals]:
-            if outcome.status != SUCCEEDED:
-                raise ControllerError(outcome.error_string or f'status {outcome.status}')
+        for failure in [goal.failure(self._time_limit) for goal in sent]:
+            if failure:
+                raise ControllerError(failure)
         self._wait_for_rest(trajectory.joint_names)
 
     def wait(self, seconds: float) -> None:
@@ -191,45 +188,26 @@ class RosArm(Arm):
         if not response.ok:
             raise ControllerError(response.message)
 
-    def grasp(self, effort: float = 0.0) -> None:
-        """Close the fingers, or switch the suction cup on, and wait for the end of it."""
-        self._move_hand('close', 'on', effort)
-
-    def release(self) -> None:
-        """Open the fingers, or switch the suction cup off."""
-        self._move_hand('open', 'off', 0.0)
+    def _switch_cups(self, *, on: bool) -> bool:
+        """Call the services of the suction cups."""
+        for cup in self._cups:
+            service = f"{self.robot.namespace}/{cup}/{'on' if on else 'off'}"
+            self.robot.client.call(service, Empty)
+        return bool(self._cups)
 
     def held(self) -> tuple[str, ...]:
         """Raise; the planning scene of a test's stack does not follow the world."""
         raise NotImplementedError("what is held is known with armsim(mode='inprocess') only")
 
-    def _move_hand(self, word: str, service: str, effort: float) -> None:
-        for cup in self._cups:
-            self.robot.client.call(f'{self.robot.namespace}/{cup}/{service}', Empty)
-        if self._cups:
-            return
-        state = self.finger_state(word)
-        grippers = {joint: gripper for joint, gripper in self._grippers.items() if joint in state}
-        for joint, gripper in grippers.items():
-            self._send_gripper(gripper, state[joint], effort)
-        if not grippers:
-            self.follow([(FINGERS_MOVE, state)])
-
-    def _send_gripper(self, gripper: ControllerSettings, position: float, effort: float) -> None:
-        client, name = self.robot.client, f'{self.robot.namespace}/{gripper.name}/gripper_cmd'
-        kind: Any = GripperCommand
-        goal: Any = GripperCommand.Goal()
-        if isinstance(gripper.parameters, ParallelGripperActionControllerParameters):
-            kind, goal = ParallelGripperCommand, ParallelGripperCommand.Goal()
-            goal.command.position, goal.command.effort = [position], [effort] if effort else []
-        else:
-            goal.command.position, goal.command.max_effort = position, effort
-        if not client.action(kind, name).wait_for_server(20.0):
-            raise ControllerError(f'there is no action {name}')
-        run = client.goal(kind, name, goal)
-        if not client.result(run.accepted):
-            raise ControllerError('refused; the reason is in the log of the simulation')
-        client.result(run.result, 60.0)
+    def _command_grippers(self, state: Mapping[str, float], effort: float) -> bool:
+        """Send the spawned gripper controllers goals; what is between fingers may stop them."""
+        parts = [
+            (gripper.model_copy(update={'max_effort': effort}),
+             JointTrajectory(gripper.joints, np.zeros(1), np.array([[state[gripper.joints[0]]]])))
+            for gripper in self._grippers if gripper.joints[0] in state]
+        for goal in send_parts(self.robot.client, parts):
+            goal.failure(self._time_limit)
+        return bool(parts)
 
     def _spawn(self, name: str, item: WorldObjectSettings) -> None:
         """Have the simulation spawn it."""
@@ -287,6 +265,14 @@ class RosArm(Arm):
                 recording = place.with_name(f'{place.name}.mcap')
                 shutil.move(answer.message, recording)
                 yield 'recording', recording
+
+
+def _gripper(name: str, parameters: GripperParameters) -> MoveItControllerSettings:
+    """Return the action of a gripper controller."""
+    parallel = isinstance(parameters, ParallelGripperActionControllerParameters)
+    return MoveItControllerSettings(
+        name=name, type='ParallelGripperCommand' if parallel else 'GripperCommand',
+        action_ns='gripper_cmd', joints=(parameters.joint,))
 
 
 def _text(value: float | Sequence[float]) -> str:

@@ -157,7 +157,8 @@ def arm_of_stack(request: pytest.FixtureRequest, desired: ArmRequest) -> Iterato
     from armsim_ros.testing.ros_arm import RosArm
 
     with _faulty(robot, desired):
-        yield RosArm(robot, desired.cell(), seed=desired.seed)
+        yield RosArm(
+            robot, desired.cell(), seed=desired.seed, time_limit=desired.time_limit)
 
 
 @pytest.fixture(scope='module')

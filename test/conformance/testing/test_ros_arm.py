@@ -5,16 +5,20 @@
 from collections import defaultdict
 from pathlib import Path
 
+from control_msgs.action import FollowJointTrajectory, GripperCommand
 from moveit_msgs.action import MoveGroup
 from moveit_msgs.msg import MoveItErrorCodes
 import pytest
-from rclpy.action import ActionServer
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.node import SpinningNode
-from armsim_ros.errors import ModelError
+from armsim_ros.errors import ControllerError, ModelError
+from armsim_ros.nodes import qos
 from armsim_ros.testing.program import private_domain
 from armsim_ros.testing.robot_user import RobotUser
 from armsim_ros.testing.ros_arm import RosArm
@@ -34,6 +38,9 @@ class Programs:
         #: Action -> goals that have arrived.
         self.goals = defaultdict(list)
         self.code = MoveItErrorCodes.SUCCESS
+        #: Goals that are let go on until they are cancelled, and those that were.
+        self.lasting, self.cancelled = set(), []
+        self._tick = Future()
         self._spinning = SpinningNode('programs', domain=domain)
         self._kept = []
         self._spinning.in_thread(self._make).result(10.0)
@@ -56,8 +63,43 @@ class Programs:
     def _make(self):
         node = self._spinning.node
         self._kept += [
+            node.create_timer(0.02, self._pass_time),
             node.create_service(Trigger, '/simulation/sync', self._sync),
             ActionServer(node, MoveGroup, '/move_action', self._move)]
+
+    def serve(self, kind, name, refusal=''):
+        """Serve the action of a controller."""
+        node = self._spinning.node
+
+        def answer(goal):
+            if not refusal:
+                return GoalResponse.ACCEPT
+            reasons.publish(String(data=refusal))
+            return GoalResponse.REJECT
+
+        async def run(handle):
+            self.goals[name].append(handle.request)
+            while name in self.lasting and not handle.is_cancel_requested:
+                await self._tick
+            if handle.is_cancel_requested:
+                self.cancelled.append(name)
+                handle.canceled()
+            else:
+                handle.succeed()
+            return kind.Result()
+
+        def make():
+            self._kept.append(ActionServer(
+                node, kind, f'/{name}', run, goal_callback=answer,
+                cancel_callback=lambda _: CancelResponse.ACCEPT))
+            return node.create_publisher(
+                String, f"/{name.partition('/')[0]}/rejected_goals", qos.EVENTS)
+
+        reasons = self._spinning.in_thread(make).result(10.0)
+
+    def _pass_time(self):
+        tick, self._tick = self._tick, Future()
+        tick.set_result(None)
 
     def _sync(self, _, response):
         response.message = '0'
@@ -99,6 +141,20 @@ def arm_of(domain, programs):
         yield arm
 
 
+ARM, GRIPPER = 'panda_arm_controller/follow_joint_trajectory', 'panda_hand_controller/gripper_cmd'
+
+
+@pytest.fixture
+def panda_with(arm_of, programs):
+    """Return a function that gives a panda whose gripper may refuse with a reason."""
+    def panda(refusal=''):
+        programs.serve(FollowJointTrajectory, ARM)
+        programs.serve(GripperCommand, GRIPPER, refusal)
+        return arm_of('panda')
+
+    return panda
+
+
 def test_joints_are_those_of_the_first_group(arm_of):
     """They are in the model's order, whichever group has the first named state."""
     assert arm_of(HAND).joints == ('carriage_x', 'carriage_z')
@@ -121,3 +177,39 @@ def test_a_state_of_another_group_is_refused(arm_of):
     arm = arm_of('panda')
     with pytest.raises(ModelError, match=r"'panda_arm' has no named state 'open'.*ready, extend"):
         arm.move_to('open')
+
+
+def test_a_trajectory_goes_to_controllers_of_several_kinds(panda_with, programs):
+    """A gripper gets its end; joints that follow others are left out, as by move_group."""
+    arm = panda_with()
+    arm.follow([(1.0, {'panda_joint1': 0.1, 'panda_finger_joint1': 0.03,
+                       'panda_finger_joint2': 0.03})])
+    (moved,), (closed,) = programs.goals[ARM], programs.goals[GRIPPER]
+    assert moved.trajectory.joint_names == ['panda_joint1']
+    assert closed.command.position == 0.03
+
+
+def test_a_trajectory_is_run_by_all_controllers_or_by_none(panda_with, programs):
+    """Where one refuses, the others have stopped, and its reason is told."""
+    arm = panda_with('the fingers are hot')
+    programs.lasting.add(ARM)
+    with pytest.raises(ControllerError, match="'panda_hand_controller' refuses: the fingers are"):
+        arm.follow([(1.0, {'panda_joint1': 0.1, 'panda_finger_joint1': 0.03})])
+    assert programs.cancelled == [ARM]
+
+
+def test_joints_without_a_controller_move_nothing(panda_with, programs):
+    """A joint that the robot lacks is refused before anything is sent."""
+    arm = panda_with()
+    with pytest.raises(ControllerError, match="names joint 'elbow'"):
+        arm.follow([(1.0, {'panda_joint1': 0.1, 'elbow': 0.1})])
+    assert not programs.goals
+
+
+def test_fingers_close_by_the_action_of_their_controller(panda_with, programs):
+    """With the effort that is given, to the state of the SRDF."""
+    arm = panda_with()
+    arm.grasp(12.0)
+    (closed,) = programs.goals[GRIPPER]
+    assert (closed.command.position, closed.command.max_effort) == (
+        arm.finger_state('close')['panda_finger_joint1'], 12.0)
