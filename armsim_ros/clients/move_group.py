@@ -12,7 +12,7 @@ from moveit_msgs.action import ExecuteTrajectory, MoveGroup
 from moveit_msgs.srv import GetPositionFK, GetStateValidity
 
 from armsim_ros.arrays import Matrix
-from armsim_ros.clients.client_node import ClientNode
+from armsim_ros.clients.client_node import ClientNode, PATIENCE
 from armsim_ros.clients.controller_manager import ParameterClient
 from armsim_ros.clients.motion import plan_goal, robot_state
 from armsim_ros.nodes.conversions.geometry import pose_from_message
@@ -44,11 +44,18 @@ class MoveGroupClient:
 
     def plan(self, group: str, target: Mapping[str, float], **request: Any) -> Any:
         """Plan to joint positions [rad or m] and return the result."""
-        return self._send_move(group, target, True, request)
+        return self._send_move(group, target, True, request, PATIENCE)
 
-    def move(self, group: str, target: Mapping[str, float], **request: Any) -> Any:
-        """Plan to joint positions [rad or m], execute, and return the result."""
-        return self._send_move(group, target, False, request)
+    def move(self, group: str, target: Mapping[str, float], *, timeout: float = PATIENCE,
+             **request: Any) -> Any:
+        """
+        Plan to joint positions [rad or m], execute, and return the result.
+
+        :param timeout: of planning and motion together [s].
+        :param request: fields of the request.
+        :raises AssertionError: there is no result in time.
+        """
+        return self._send_move(group, target, False, request, timeout)
 
     def execute(self, trajectory: Any, controllers: tuple[str, ...] = ()) -> Any:
         """Execute a ``RobotTrajectory`` and return the result."""
@@ -69,15 +76,16 @@ class MoveGroupClient:
             f'{self._namespace}/check_state_validity', GetStateValidity, request).valid)
 
     def _send_move(
-        self, group: str, target: Mapping[str, float], plan_only: bool, fields: Mapping[str, Any]
+        self, group: str, target: Mapping[str, float], plan_only: bool, fields: Mapping[str, Any],
+        timeout: float
     ) -> Any:
         goal = plan_goal(group, target, plan_only=plan_only, speed=0.0, acceleration=0.0)
         for name, value in fields.items():
             setattr(goal.request, name, value)
-        return self._run(MoveGroup, 'move_action', goal)
+        return self._run(MoveGroup, 'move_action', goal, timeout)
 
-    def _run(self, kind: type[Any], action: str, goal: Any, timeout: float = 30.0) -> Any:
-        run = self.client.goal(kind, f'{self._namespace}/{action}', goal, timeout=timeout)
-        assert self.client.result(run.accepted, timeout, 'answer to the goal'), (
+    def _run(self, kind: type[Any], action: str, goal: Any, timeout: float = PATIENCE) -> Any:
+        run = self.client.goal(kind, f'{self._namespace}/{action}', goal)
+        assert self.client.result(run.accepted, what='answer to the goal'), (
             'the goal was rejected')
         return self.client.result(run.result, timeout, 'result').result

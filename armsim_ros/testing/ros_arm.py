@@ -19,7 +19,7 @@ from armsim_ros.arrays import Matrix
 from armsim_ros.clients.client_node import LATCHED
 from armsim_ros.clients.controller_goals import send_parts
 from armsim_ros.clients.controller_manager import ControllerManagerClient
-from armsim_ros.clients.motion import SUCCESS
+from armsim_ros.clients.motion import code_text, SUCCESS
 from armsim_ros.clients.simulation import SimulationClient
 from armsim_ros.config.controllers.gripper_action_controller import (
     GripperParameters,
@@ -86,10 +86,13 @@ class RosArm(Arm):
         goal = (self._model.named_state(group, target) if isinstance(target, str)
                 else self.state(target))
         result = self.robot.move_group.move(
-            group, goal, max_velocity_scaling_factor=float(speed))
-        if result.error_code.val != SUCCESS:
-            raise PlanningError(
-                result.error_code.val, result.error_code.message, result.error_code.source)
+            group, goal, timeout=self._time_limit, max_velocity_scaling_factor=float(speed))
+        code = result.error_code
+        if code.val == SUCCESS:
+            return
+        if result.planned_trajectory.joint_trajectory.points:
+            raise ControllerError(code_text(code))
+        raise PlanningError(code.val, code.message, code.source)
 
     def follow(self, points: Points) -> None:
         """Have the controllers run a trajectory as it is, and wait until the arm rests."""
@@ -107,7 +110,7 @@ class RosArm(Arm):
     def wait(self, seconds: float) -> None:
         """Wait until simulated time has moved on [s]."""
         end_ns = _stamp_ns(self._present()) + round(seconds * SECOND_NS)
-        self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, seconds + 20.0)
+        self._states.wait_for(lambda message: _stamp_ns(message) >= end_ns, self._time_limit)
 
     def _wait_for_rest(self, joints: Sequence[str]) -> None:
         """Wait until these joints have come to rest, for a second of simulated time at most."""

@@ -14,10 +14,11 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectoryPoint
 
 from armsim_ros.clients.client_node import ClientNode
 from armsim_ros.clients.node import SpinningNode
-from armsim_ros.errors import ControllerError, ModelError
+from armsim_ros.errors import ControllerError, ModelError, PlanningError
 from armsim_ros.nodes import qos
 from armsim_ros.testing.program import private_domain
 from armsim_ros.testing.robot_user import RobotUser
@@ -37,7 +38,7 @@ class Programs:
     def __init__(self, domain):
         #: Action -> goals that have arrived.
         self.goals = defaultdict(list)
-        self.code = MoveItErrorCodes.SUCCESS
+        self.code, self.planned = MoveItErrorCodes.SUCCESS, True
         #: Goals that are let go on until they are cancelled, and those that were.
         self.lasting, self.cancelled = set(), []
         self._tick = Future()
@@ -105,9 +106,13 @@ class Programs:
         response.message = '0'
         return response
 
-    def _move(self, handle):
+    async def _move(self, handle):
         self.goals['move_action'].append(handle.request)
+        while 'move_action' in self.lasting and not handle.is_cancel_requested:
+            await self._tick
         result = MoveGroup.Result()
+        if self.planned:
+            result.planned_trajectory.joint_trajectory.points = [JointTrajectoryPoint()]
         result.error_code.val = self.code
         handle.succeed()
         return result
@@ -132,11 +137,11 @@ def programs(domain):
 def arm_of(domain, programs):
     """Return a function that gives the arm of a robot whose programs these endpoints are."""
     with ClientNode(domain, 'user') as client:
-        def arm(robot):
+        def arm(robot, **options):
             cell = built_cell(str(robot), None, {})
             namespace = cell.settings.namespace
             programs.publish_states(namespace, list(cell.model.active_joints))
-            return RosArm(RobotUser(client, None, namespace), cell)
+            return RosArm(RobotUser(client, None, namespace), cell, **options)
 
         yield arm
 
@@ -177,6 +182,29 @@ def test_a_state_of_another_group_is_refused(arm_of):
     arm = arm_of('panda')
     with pytest.raises(ModelError, match=r"'panda_arm' has no named state 'open'.*ready, extend"):
         arm.move_to('open')
+
+
+@pytest.mark.parametrize(('code', 'planned', 'error'), [
+    (MoveItErrorCodes.TIMED_OUT, False, PlanningError),
+    (MoveItErrorCodes.TIMED_OUT, True, ControllerError),
+    (MoveItErrorCodes.CONTROL_FAILED, True, ControllerError)])
+def test_a_plan_that_is_not_run_to_its_end_is_the_controllers_failure(
+    arm_of, programs, code, planned, error
+):
+    """As in the test's own process; the same code may come from planner and controllers."""
+    programs.code, programs.planned = code, planned
+    arm = arm_of('panda')
+    with pytest.raises(error):
+        arm.move_to('ready')
+
+
+def test_a_motion_is_waited_for_as_long_as_the_test_may_take(arm_of, programs):
+    """The time limit of the marker holds for each motion."""
+    programs.lasting.add('move_action')
+    arm = arm_of('panda', time_limit=0.4)
+    with pytest.raises(AssertionError, match=r'no result within 0\.4 s'):
+        arm.move_to('ready')
+    programs.lasting.clear()
 
 
 def test_a_trajectory_goes_to_controllers_of_several_kinds(panda_with, programs):
