@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 
 from std_msgs.msg import String
 
@@ -16,8 +16,9 @@ from armsim_ros.errors import ControllerError
 from armsim_ros.nodes.move_group.execution.controller_actions import action_of, ControllerAction
 from armsim_ros.trajectory import JointTrajectory
 
-#: Time for the server of an action to appear, and for a cancelled goal to end [s].
-SERVER, END = 20.0, 10.0
+#: Time for the server of an action to appear, for the reason of a refusal to come, which is
+#: published for 10 s, and for a cancelled goal to end [s].
+SERVER, REASON, END = 20.0, 5.0, 10.0
 
 
 class ControllerGoal:
@@ -73,17 +74,17 @@ def send_parts(
             for run in runs:
                 run.cancel()
     if refusing:
+        reason = _reason(client, refusing[0])
         for run in runs:
             client.result(run.result, END, 'end of a cancelled goal')
-        raise ControllerError(
-            f"controller '{refusing[0].settings.name}' refuses: {_reason(client, refusing[0])}")
+        raise ControllerError(f"controller '{refusing[0].settings.name}' refuses: {reason}")
     return [ControllerGoal(client, action, run) for action, run in zip(actions, runs, strict=True)]
 
 
 def _reason(client: ClientNode, action: ControllerAction) -> str:
     """Return why a controller has refused a goal."""
     topic = f'/{action.reason_topic.lstrip("/")}'
-    if not client.node.count_publishers(topic):
-        return 'the reason is in its log'
-    with closing(client.collect(topic, String, LATCHED)) as reasons:
-        return str(reasons.wait()[-1].data)
+    with closing(client.collect(topic, String, LATCHED)) as reasons, suppress(AssertionError):
+        if client.node.count_publishers(topic):
+            return str(reasons.wait(timeout=REASON)[-1].data)
+    return 'the reason is in its log'

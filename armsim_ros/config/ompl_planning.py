@@ -147,7 +147,7 @@ RENAMED_PIPELINE_KEYS = {'planning_plugin': 'planning_plugins'}
 
 #: Keys of a pipeline that others read -> why they have no effect here.
 UNUSED_PIPELINE_KEYS = {
-    'capabilities': 'give it to move_group as a parameter, or at the top level',
+    'capabilities': 'move_group has it from a launch file; elsewhere give it at the top level',
     'default_planner_config': 'a request of Pilz names its command',
     'plan_request_params': 'MoveItPy reads it',
     'max_goal_samples': '',

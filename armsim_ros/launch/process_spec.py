@@ -49,6 +49,12 @@ class RosNode:
         return {name: value for source in (*self.group_parameters, *self.parameters)
                 if not isinstance(source, str) for name, value in source.items()}
 
+    @property
+    def parameter_files(self) -> list[str]:
+        """The words that name the files with parameters."""
+        return [word for source in (*self.group_parameters, *self.parameters)
+                if isinstance(source, str) for word in ('--params-file', source)]
+
 
 @dataclass
 class ProcessSpec:

@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from armsim_ros.cli.arguments import parse_arguments
+from armsim_ros.cli.node_arguments import flattened, NodeArguments, read_node_arguments
 from armsim_ros.cli.settings import cell_of
 from armsim_ros.model.cell import Cell
 from armsim_ros.moveit_py.utils import warn_unused
-from armsim_ros.nodes.upstream.node_parameters import flattened, NodeArguments, read_node_arguments
 from armsim_ros.nodes.upstream.robot_package import (
     described_package,
     PREFIX,

@@ -23,6 +23,7 @@ from rclpy.signals import (
 from rclpy.subscription import Subscription
 
 from armsim_ros.cli.environment import announce_often
+from armsim_ros.cli.node_arguments import NodeArguments
 from armsim_ros.moveit_py.description import described_cell, OPTIONS
 from armsim_ros.nodes.executor_program import failures_logged
 from armsim_ros.nodes.move_group.execution.trajectory_execution import (
@@ -44,7 +45,6 @@ from armsim_ros.nodes.move_group.scene.scene_topics import (
 )
 from armsim_ros.nodes.move_group.scene.transforms import Transforms
 from armsim_ros.nodes.polling_node import PollingNode
-from armsim_ros.nodes.upstream.node_parameters import NodeArguments
 from armsim_ros.nodes.upstream.robot_programs import sensor_parameters
 from armsim_ros.nodes.wait_set_executor import WaitSetExecutor
 

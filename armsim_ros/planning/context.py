@@ -127,11 +127,17 @@ def settings_from_config(
             name for name, each in kinematics.items() if each.leaves_orientation_free),
         strict_start_state=parameters.strict_start_state,
         cartesian_limits=parameters.cartesian_limits,
-        # One seed for all, as move_group's parameter.
-        seed=max((each.planning_seed for each in pipelines.values()), default=-1),
+        seed=_seed(parameters, pipelines),
         solver_groups=frozenset(
             name for name, each in kinematics.items() if each.kinematics_solver),
         ik_timeouts=timeouts)
+
+
+def _seed(parameters: PlanningParameters, pipelines: Mapping[str, PipelineSettings]) -> int:
+    """Return the seed of all pipelines: that of ``ompl``, which the argument ``seed`` sets."""
+    seeds = (pipelines[name].planning_seed
+             for name in (OMPL, *parameters.planning_pipelines) if name in pipelines)
+    return next((seed for seed in seeds if seed >= 0), -1)
 
 
 def _pipeline(settings: PipelineSettings) -> PlanningPipeline:

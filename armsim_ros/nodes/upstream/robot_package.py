@@ -18,11 +18,11 @@ from rclpy.node import Node
 from std_msgs.msg import String
 import yaml
 
+from armsim_ros.cli.node_arguments import NodeArguments
 from armsim_ros.config.draft import BLOCKS
 from armsim_ros.config.layout import PIPELINE_KEYS
 from armsim_ros.errors import ConfigError, Location, Problem
 from armsim_ros.nodes import qos
-from armsim_ros.nodes.upstream.node_parameters import NodeArguments
 
 URDF, SEMANTIC = 'robot_description', 'robot_description_semantic'
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
@@ -138,6 +138,8 @@ def _pipelines(nested: Mapping[str, Any]) -> list[str]:
     listed = nested.get('planning_pipelines') or ()
     if isinstance(listed, Mapping):
         listed = listed.get('pipeline_names') or ()
+    if isinstance(listed, str):
+        listed = listed.split()
     names = [name for name in listed if name]
     block = nested.get(_FALLBACK)
     if not names and isinstance(block, Mapping) and not PIPELINE_KEYS.isdisjoint(block):

@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.cli.node_arguments import NodeArguments, read_node_arguments
 from armsim_ros.config.controllers.controller_manager import (
     ControllerEntry,
     ControllerManagerParameters,
@@ -21,7 +22,6 @@ from armsim_ros.config.sections import UNUSED_MANAGER_KEYS
 from armsim_ros.errors import ArmsimError, USAGE_STATUS
 from armsim_ros.launch.process_spec import ALL_NODES, HAND
 from armsim_ros.nodes import robot_program
-from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.upstream.robot_package import (
     described_package,
     PREFIX,

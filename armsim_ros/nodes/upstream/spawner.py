@@ -17,10 +17,10 @@ from typing import Any, NoReturn
 from controller_manager_msgs.srv import ListControllers
 
 from armsim_ros.cli.arguments import split_ros_args
+from armsim_ros.cli.node_arguments import read_node_arguments
 from armsim_ros.clients.controller_manager import ControllerManagerClient, ParameterClient, STRICT
 from armsim_ros.clients.ros_client import NotServedError, RosClient
 from armsim_ros.errors import ArmsimError, ControllerError
-from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 from armsim_ros.nodes.upstream.spawner_arguments import (
     add_manager_options,
     ControllerRequest,

@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from armsim_ros.cli.arguments import split_ros_args, UsageError
+from armsim_ros.cli.node_arguments import read_node_arguments
 from armsim_ros.errors import ArmsimError, ModelError, USAGE_STATUS
 from armsim_ros.nodes import qos
 from armsim_ros.nodes.conversions.time import ns_from_time
@@ -27,7 +28,6 @@ from armsim_ros.nodes.upstream.joint_states import (
     JointStateOptions,
     JointStates,
 )
-from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 from armsim_ros.nodes.upstream.robot_state_publisher import DESCRIPTION, RobotStatePublisher
 from armsim_ros.nodes.upstream.single_node import spin
 

@@ -4,10 +4,10 @@
 
 import pytest
 
+from armsim_ros.cli.node_arguments import NodeArguments, read_node_arguments
 from armsim_ros.config.loading import load_robot_settings
 from armsim_ros.config.ompl_planning import Planner
 from armsim_ros.model.loading import load_robot_model
-from armsim_ros.nodes.upstream.node_parameters import NodeArguments, read_node_arguments
 from armsim_ros.nodes.upstream.robot_programs import move_group_words, sensor_parameters
 from armsim_ros.planning.context import settings_from_config
 
@@ -95,9 +95,10 @@ def test_pipelines_keep_their_names_and_their_order(planned, names):
     assert settings.pipelines['pilz'].planner is Planner.PILZ
 
 
-def test_a_pipeline_of_ompl_with_a_name_of_its_own(planned):
-    """The settings in its namespace are read."""
-    settings = planned(planning_pipelines={'pipeline_names': ['fast']}, fast=OMPL)
+@pytest.mark.parametrize('names', [['fast'], 'fast'])
+def test_a_pipeline_of_ompl_with_a_name_of_its_own(planned, names):
+    """The settings in its namespace are read; a single name needs no list."""
+    settings = planned(planning_pipelines={'pipeline_names': names}, fast=OMPL)
     assert settings.pipelines['fast'].planners.configs['manipulator[Mine]']['range'] == 0.5
 
 

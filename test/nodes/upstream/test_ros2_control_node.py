@@ -8,13 +8,13 @@ import re
 import pytest
 import yaml
 
+from armsim_ros.cli.node_arguments import read_node_arguments
 from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml_source import read_yaml_file
 from armsim_ros.errors import Severity
 from armsim_ros.model.cell_loading import survey_cell
-from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 from armsim_ros.nodes.upstream.robot_programs import simulation_words
 
 CONTROLLERS = """

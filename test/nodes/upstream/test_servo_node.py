@@ -4,8 +4,8 @@
 
 import yaml
 
+from armsim_ros.cli.node_arguments import NodeArguments
 from armsim_ros.config.loading import load_robot_settings
-from armsim_ros.nodes.upstream.node_parameters import NodeArguments
 from armsim_ros.nodes.upstream.robot_programs import servo_words
 
 URDF = """<robot name="two"><link name="base"/><link name="arm"/>

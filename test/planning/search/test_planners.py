@@ -128,3 +128,14 @@ def test_pipelines_of_ompl_have_their_own_configurations():
     assert [settings.pipelines[name].planners.configs['arm'] for name in names] == [
         {'type': 'geometric::RRTConnect', 'longest_valid_segment_fraction': 0.05},
         {'type': 'geometric::RRTstar', 'longest_valid_segment_fraction': 0.005}]
+
+
+@pytest.mark.parametrize(('seeds', 'expected'), [
+    ({'ompl': 0, 'quick': 7}, 0), ({'ompl': -1, 'quick': 7}, 7), ({'ompl': -1}, -1),
+    ({'ompl': -1, 'unlisted': 7}, -1)])
+def test_the_seed_of_all_pipelines(seeds, expected):
+    """That of ``ompl``, which the argument ``seed`` sets, else of the first listed with one."""
+    settings = settings_from_config(
+        PlanningParameters(planning_pipelines=('ompl', 'quick')),
+        {name: PipelineSettings(planning_seed=seed) for name, seed in seeds.items()}, {})
+    assert settings.seed == expected

@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
+from armsim_ros.cli.node_arguments import read_node_arguments
 from armsim_ros.config.controllers.controller_settings import ControllerSettings, read_controller
 from armsim_ros.config.draft import ConfigDraft, empty_node
 from armsim_ros.config.layout import LayoutReader
@@ -33,7 +34,6 @@ from armsim_ros.nodes.simulation.controllers.controller_nodes import (
 )
 from armsim_ros.nodes.simulation.dispatcher import Dispatcher
 from armsim_ros.nodes.simulation.sim_time import SimTime
-from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
 
 
 class ControllerDescriptions:

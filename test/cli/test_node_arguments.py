@@ -5,7 +5,8 @@
 import pytest
 import yaml
 
-from armsim_ros.nodes.upstream.node_parameters import read_node_arguments
+from armsim_ros.cli.arguments import UsageError
+from armsim_ros.cli.node_arguments import read_node_arguments
 
 
 @pytest.fixture
@@ -37,3 +38,11 @@ def test_the_key_that_comes_first_is_overridden(rate, files, expected):
 def test_keys_of_a_node(rate, key, fits):
     """rclcpp/parameter_map.cpp, parameter_map_from: ``*`` is a name, ``**`` any number of them."""
     assert (rate((key, 1), namespace='/left') == 1) is fits
+
+
+def test_a_file_that_is_not_utf8_is_named(tmp_path):
+    """With its place, not with a traceback."""
+    file = tmp_path / 'arm.yaml'
+    file.write_text('# M\xfcller', encoding='latin-1')
+    with pytest.raises(UsageError, match=f"parameter file '{file}' is not YAML: .*0xfc"):
+        read_node_arguments(['--params-file', str(file)], 'arm')

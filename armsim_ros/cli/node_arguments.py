@@ -13,7 +13,6 @@ from typing import Any
 import yaml
 
 from armsim_ros.cli.arguments import UsageError
-from armsim_ros.config.yaml_node import ROS2_KEY
 
 _FAST_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _NAMES = ('__node', '__name', '__ns')
@@ -98,7 +97,7 @@ def _load(file: Path) -> Any:
         return yaml.load(file.read_text(encoding='utf-8'), _FAST_LOADER)
     except OSError as error:
         raise UsageError(f"parameter file '{file}' cannot be read: {error.strerror}") from None
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise UsageError(f"parameter file '{file}' is not YAML: {error}") from None
 
 
@@ -106,7 +105,7 @@ def _blocks(content: Any, path: str) -> Iterator[tuple[str, Any]]:
     if not isinstance(content, Mapping):
         return
     for key, value in content.items():
-        if key == ROS2_KEY:
+        if key == 'ros__parameters':
             yield path, value
         else:
             yield from _blocks(value, f'{path}/{key}' if path else str(key))
