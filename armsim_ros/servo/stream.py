@@ -316,7 +316,7 @@ class WayOut:
             while way < DISTANCE:
                 velocity = target.wanted(twist, here, parameters).velocity
                 share, speed = target.progress(twist, here, velocity, parameters)
-                if share < _SLOWEST:
+                if share < _SLOWEST or speed <= 0.0:
                     return False
                 step = velocity * (length / speed)
                 if np.abs(step).max() > _LONGEST:

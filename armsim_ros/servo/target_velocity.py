@@ -288,8 +288,12 @@ def _finite(velocity: Vector) -> Vector:
 
 def _capped(vector: Vector, bound: float) -> Vector:
     """Return a vector (3,) no longer than its bound; 0 is none."""
-    length = float(np.linalg.norm(vector))
-    return vector * (bound / length) if 0.0 < bound < length else vector
+    largest = float(np.abs(vector).max())
+    if bound <= 0.0 or largest == 0.0:
+        return vector
+    direction = vector / largest  # whose length is a number, however fast the twist is
+    length = float(np.linalg.norm(direction))
+    return direction * (bound / length) if bound < largest * length else vector
 
 
 def _approach(distance: float, fastest: float, deceleration: float, period: float) -> float:

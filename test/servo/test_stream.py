@@ -88,14 +88,15 @@ def test_speed_of_a_joint_scales_all(streamer):
     assert made.steps()[0].max() <= 3.14 * 0.01 + 1e-9
 
 
-@pytest.mark.parametrize('size', [50.0, 1e3, 1e300])
-def test_a_large_twist_leads_in_its_direction(streamer, size):
+@pytest.mark.parametrize(('size', 'units'), [
+    (50.0, 'unitless'), (1e3, 'unitless'), (1e300, 'unitless'), (1e300, 'speed_units')])
+def test_a_large_twist_leads_in_its_direction(streamer, size, units):
     """
     The limits of the joints make it slower, and that is no reason to name free directions.
 
     Upstream: utils/command.cpp, jointDeltaFromTwist; servo.cpp, getNextJointState.
     """
-    made = streamer()
+    made = streamer(command_in_type=units)
     start = made.tip
     made.run(twist((0.0, size, 0.0)), 0.3)
     way = made.tip[:3, 3] - start[:3, 3]

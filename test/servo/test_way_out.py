@@ -131,6 +131,16 @@ def test_the_default_robot_can_be_jogged_from_ready():
         assert finding.code is ServoStatus.NO_WARNING
 
 
+def test_axes_are_not_free_where_translation_is_locked():
+    """A turn that is blocked names a joint; scale.linear of 0 allows turns alone."""
+    kinematics, _, _ = robot('sunday')
+    made = Streamer(kinematics, scale={'linear': 0.0, 'rotational': 0.8, 'joint': 0.5})
+    made.add_box('wall', (0.05, 2.0, 2.0), tuple(made.tip[:3, 3] + (0.12, 0.0, 0.0)))
+    made.run(twist(angular=(1, 0, 0)), 4.0)
+    told = [finding.message for cycle in made.cycles for finding in cycle.findings]
+    assert any('free: turn' in message for message in told), set(told)
+
+
 def test_a_twist_that_turns_back_forgets_what_was_free():
     """The text about a blocked direction ends with the first cycle that moves the tip."""
     made = made_in('sunday', 'scan_face2')

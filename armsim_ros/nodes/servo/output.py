@@ -61,9 +61,9 @@ class ActionWatch:
         if not self._runs:
             return False
         present = self._present()
-        if not self._servers and time.monotonic() - self._since < _FIRST:
-            self._servers = present  # the graph may know a publisher later than its message comes
-            return True
+        if not self._servers:  # the graph may know a publisher later than its message comes
+            self._servers = present
+            return bool(present) or time.monotonic() - self._since < _FIRST
         return not self._servers.isdisjoint(present)
 
     def _receive(self, message: GoalStatusArray) -> None:

@@ -119,3 +119,13 @@ def test_a_goal_ends_with_its_server(servers):
     assert servers.is_idle()
     servers.report(server, GoalStatus.STATUS_EXECUTING)
     assert servers.watch.busy
+
+
+def test_a_publisher_that_the_graph_knows_late_has_its_goal(servers, monkeypatch):
+    """It runs, too, where nothing has asked for it until then."""
+    server = servers.start()
+    with monkeypatch.context() as late:
+        late.setattr(servers.watch, '_present', set)
+        late.setattr('armsim_ros.nodes.servo.output._FIRST', 0.0)
+        servers.report(server, GoalStatus.STATUS_EXECUTING)
+    assert servers.watch.busy
