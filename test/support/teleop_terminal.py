@@ -15,6 +15,10 @@ from armsim_ros.cli.environment import program_command
 from armsim_ros.testing.program import ros_environment
 
 
+#: Within this time a program that is to end has ended, however busy the machine is [s].
+PATIENCE = 120.0
+
+
 class Teleop:
     """
     The program in a terminal: what it prints, and the keys.
@@ -54,7 +58,7 @@ class Teleop:
     def wait(self) -> int:
         """Return the exit status; a program that hangs prints the stacks of its threads."""
         with suppress(subprocess.TimeoutExpired):
-            return self._program.wait(30.0)
+            return self._program.wait(PATIENCE)
         self._program.send_signal(signal.SIGABRT)
         with suppress(subprocess.TimeoutExpired):
             self._program.wait(5.0)
