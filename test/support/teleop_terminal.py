@@ -14,7 +14,6 @@ import time
 from armsim_ros.cli.environment import program_command
 from armsim_ros.testing.program import ros_environment
 
-
 #: Within this time a program that is to end has ended, however busy the machine is [s].
 PATIENCE = 120.0
 
