@@ -37,8 +37,8 @@ def unserved_topics(spec: ProcessSpec) -> str:
         node = spec.node or RosNode('', spec.name)
         given = read_node_arguments(
             [*ros_args, *node.ros_arguments, *node.parameter_files], node.name or node.executable)
-        rules = dict([*node.remappings, *(rule.split(':=', 1) for rule in given.remappings)])
-        named = {name.strip('/'): target for name, target in rules.items()}
+        rules = (*node.remappings, *(rule.split(':=', 1) for rule in given.remappings))
+        named = {name.strip('/'): target for name, target in rules}
         file = node.merged().get('config_file') or given.values.get('config_file')
         found = {named.get(topic.strip('/'), topic): kind
                  for topic, kind in (*_of_words(words), *(_of_file(file) if file else ()))}
