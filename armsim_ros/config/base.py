@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
 import re
-from types import UnionType
+from types import NoneType, UnionType
 from typing import Annotated, Any, ClassVar, get_args, get_origin, get_type_hints, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator, ValidationError
@@ -85,6 +85,26 @@ def unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
     if twice:
         raise ValueError(f'named twice: {", ".join(twice)}')
     return names
+
+
+def are_names(value: Any) -> bool:
+    """Return whether a value that is not checked yet is a list of texts."""
+    return isinstance(value, (list, tuple)) and all(isinstance(name, str) for name in value)
+
+
+def entry_per_name(names: Any, entries: Any) -> Any:
+    """
+    Return name -> entry, with an empty entry for each name that has none.
+
+    Clients get every parameter before they set it. Entries are returned as they are where they or
+    the names have the wrong type, which the check of the field reports.
+
+    :param names: a list of texts.
+    :param entries: a block of keys; None is an empty block.
+    """
+    if not are_names(names) or not isinstance(entries, (Mapping, NoneType)):
+        return entries
+    return {**{name: {} for name in names}, **(entries or {})}
 
 
 class ControllerParameters(Settings):

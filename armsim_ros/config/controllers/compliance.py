@@ -10,7 +10,14 @@ from typing import Any, Literal
 from pydantic import ConfigDict, model_validator
 from typing_extensions import Self
 
-from armsim_ros.config.base import configured, ControllerParameters, fixed, parameter, Settings
+from armsim_ros.config.base import (
+    configured,
+    ControllerParameters,
+    entry_per_name,
+    fixed,
+    parameter,
+    Settings,
+)
 
 _MOST = 5000.0
 
@@ -173,14 +180,11 @@ class _ComplianceParameters(ControllerParameters):
     @model_validator(mode='before')
     @classmethod
     def _weights_of_all_joints(cls, data: Any) -> Any:
-        # Clients get every parameter before they set it.
-        if isinstance(data, Mapping):
-            nullspace = data.get('nullspace') or {}
-            if isinstance(nullspace, Mapping):
-                weights: dict[str, Any] = {name: {} for name in data.get('joints') or ()}
-                weights.update(nullspace.get('weights') or {})
-                data = {**data, 'nullspace': {**nullspace, 'weights': weights}}
-        return data
+        nullspace = (data.get('nullspace') or {}) if isinstance(data, Mapping) else None
+        if not isinstance(nullspace, Mapping):
+            return data
+        weights = entry_per_name(data.get('joints', ()), nullspace.get('weights', {}))
+        return {**data, 'nullspace': {**nullspace, 'weights': weights}}
 
     @model_validator(mode='after')
     def _as_many_as_joints(self) -> Self:

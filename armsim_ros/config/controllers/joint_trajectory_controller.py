@@ -11,7 +11,9 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from armsim_ros.config.base import (
+    are_names,
     ControllerParameters,
+    entry_per_name,
     fixed,
     KeyedSettings,
     parameter,
@@ -134,7 +136,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
         if not isinstance(data, Mapping):
             return data
         joints = data.get('joints')
-        if not isinstance(joints, (list, tuple)) or not all(isinstance(j, str) for j in joints):
+        if not are_names(joints):
             return data
         filled: dict[str, Any] = dict(data)
         for key in ('gains', 'constraints'):
@@ -142,7 +144,7 @@ class JointTrajectoryControllerParameters(ControllerParameters):
             if isinstance(block, TrajectoryConstraints):
                 block = block.model_dump()
             if isinstance(block, Mapping):
-                filled[key] = {**block, **{j: block.get(j, {}) for j in joints}}
+                filled[key] = entry_per_name(joints, block)
         scales, blocks = filled.get('velocity_ff'), filled['gains']
         if isinstance(scales, Mapping) and isinstance(blocks, dict):
             for joint, scale in scales.items():

@@ -15,6 +15,7 @@ from typing_extensions import Self
 from armsim_ros.config.base import (
     configured,
     ControllerParameters,
+    entry_per_name,
     fixed,
     parameter,
     Settings,
@@ -103,12 +104,10 @@ class PidControllerParameters(ControllerParameters):
     @model_validator(mode='before')
     @classmethod
     def _gains_of_all(cls, data: Any) -> Any:
-        # Clients get every parameter before they set it.
-        if isinstance(data, Mapping):
-            gains: dict[str, Any] = {name: {} for name in data.get('dof_names') or ()}
-            gains.update(data.get('gains') or {})
-            data = {**data, 'gains': gains}
-        return data
+        if not isinstance(data, Mapping):
+            return data
+        gains = entry_per_name(data.get('dof_names', ()), data.get('gains', {}))
+        return {**data, 'gains': gains}
 
     @model_validator(mode='after')
     def _together(self) -> Self:

@@ -13,6 +13,8 @@ SCALED = {'type': 'ur_controllers/ScaledJointTrajectoryController', 'joints': ['
 GRIPPER = {'type': 'effort_controllers/GripperActionController', 'joint': 'a'}
 PID = {'type': 'pid_controller/PidController', 'dof_names': ['a'], 'command_interface': 'effort',
        'reference_and_state_interfaces': ['position']}
+COMPLIANT = {'type': 'crisp_controllers/CartesianController', 'joints': ['a'],
+             'end_effector_frame': 'tip'}
 
 
 @pytest.fixture
@@ -64,3 +66,35 @@ def test_an_unknown_constraint_is_an_unknown_key(read, published):
     assert said.severity is Severity.WARNING
     assert "key 'constraints.goal_tim' is not known" in str(said)
     assert "'goal_time'" in str(said)
+
+
+@pytest.mark.parametrize(('block', 'key', 'value'), [
+    (TRAJECTORY, 'joints', 5),
+    (TRAJECTORY, 'gains', 5),
+    (PID, 'dof_names', 5),
+    (PID, 'dof_names', [['a']]),
+    (PID, 'gains', 5),
+    (PID, 'gains', 'x'),
+    (PID, 'gains', ['x']),
+    (COMPLIANT, 'joints', 5),
+    (COMPLIANT, 'joints', [['a']]),
+    (COMPLIANT, 'nullspace', {'weights': 5}),
+    (COMPLIANT, 'nullspace', {'weights': 'x'}),
+])
+def test_a_value_of_the_wrong_type_is_an_error_of_its_key(read, block, key, value):
+    """Defaults per joint are filled in only where the names and the entries have their types."""
+    found, problems = read({**block, key: value})
+    assert found is None
+    (said,) = [one for one in problems if one.severity is Severity.ERROR]
+    assert f"'{key}" in str(said)
+    assert 'allowed: a ' in str(said)
+
+
+@pytest.mark.parametrize(('block', 'filled'), [
+    (PID, lambda parameters: parameters.gains),
+    (COMPLIANT, lambda parameters: parameters.nullspace.weights),
+])
+def test_each_joint_has_an_entry(read, block, filled):
+    """Clients get every parameter before they set it."""
+    found, _ = read(block)
+    assert set(filled(found.parameters)) == {'a'}
