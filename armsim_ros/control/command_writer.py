@@ -114,9 +114,9 @@ class CommandTargets:
 
     def __init__(self, targets: Sequence[tuple[str, str]], hardware: HardwareInterface) -> None:
         columns: dict[str, list[int]] = {}
-        for column, (owner, kind) in enumerate(targets):
-            moves = owner in hardware.index and kind in COMMAND_INTERFACES
-            columns.setdefault(kind if moves else '', []).append(column)
+        for column, target in enumerate(targets):
+            motion = hardware.motion_of('/'.join(target))
+            columns.setdefault(motion[1] if motion else '', []).append(column)
         others = ['/'.join(targets[column]) for column in columns.get('', ())]
         self._other_columns = selector(columns.pop('', []))
         self._others = [(hardware.store_of(name), name) for name in others]

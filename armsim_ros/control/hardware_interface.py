@@ -113,6 +113,8 @@ class HardwareInterface(ABC):
         """Make arrays for the joints; all commands are NaN (none)."""
         self.joint_names = joint_names
         self.index = {name: i for i, name in enumerate(joint_names)}
+        self._motions = {
+            f'{name}/{kind}': (name, kind) for name in joint_names for kind in COMMAND_INTERFACES}
         self.state = JointArrays.filled(len(joint_names), 0.0)
         self.command = JointArrays.filled(len(joint_names))
         self.feedforward = JointArrays.filled(len(joint_names))
@@ -163,6 +165,10 @@ class HardwareInterface(ABC):
         others = (*self.other_commands, *self.references)
         return (*self.command_interfaces.get(owner, ()), *_kinds_of(owner, others))
 
+    def motion_of(self, interface: str) -> tuple[str, str] | None:
+        """Return joint and kind of an interface of a joint's motion, None of any other."""
+        return self._motions.get(interface)
+
     def store_of(self, interface: str) -> dict[str, float]:
         """Return where commands are kept that are not of a joint's motion."""
         return self.references if interface in self.references else self.other_commands
@@ -177,14 +183,17 @@ class HardwareInterface(ABC):
 
         :raises KeyError: an interface that is not there.
         """
-        others = self.other_states
+        others: Mapping[str, float] | None = None
         values = []
         for interface in interfaces:
-            owner, _, kind = interface.rpartition('/')
-            if owner in self.index and kind in COMMAND_INTERFACES:
-                values.append(self.state.of(kind)[self.index[owner]])
+            if motion := self.motion_of(interface):
+                joint, kind = motion
+                values.append(self.state.of(kind)[self.index[joint]])
+            elif interface:
+                others = self.other_states if others is None else others  # sensors are computed
+                values.append(others[interface])
             else:
-                values.append(others[interface] if interface else np.nan)
+                values.append(np.nan)
         return np.array(values)
 
     @abstractmethod

@@ -15,7 +15,6 @@ from armsim_ros.arrays import Vector
 from armsim_ros.config.base import Settings
 from armsim_ros.config.controllers.broadcasters import JointStateBroadcasterParameters
 from armsim_ros.control.broadcaster import Broadcaster
-from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
 from armsim_ros.errors import ControllerError
 from armsim_ros.model.robot_model import JointType
 
@@ -179,7 +178,7 @@ class JointStateBroadcaster(Broadcaster[JointStateBroadcasterParameters, JointSt
             owner, _, kind = interface.rpartition('/')
             published = renamed.get(kind, kind)
             slot = slots.add(owner, published)
-            if owner in hardware.index and kind in COMMAND_INTERFACES:
+            if hardware.motion_of(interface):
                 places, filled = measured.setdefault(kind, ([], []))
                 places.append(hardware.index[owner])
                 filled.append(slot)
