@@ -178,14 +178,21 @@ class Controller(ABC, Generic[ParametersT]):
     @property
     def moves_arm(self) -> bool:
         """Whether it commands joints, and stops when the arm does."""
-        hardware = self.context.hardware
-        return any(name in hardware.references or name.rpartition('/')[0] in hardware.index
-                   for name in self.required_command_interfaces)
+        references = self.context.hardware.references
+        return bool(self.moved_joints) or any(
+            name in references for name in self.required_command_interfaces)
+
+    @property
+    def moved_joints(self) -> tuple[str, ...]:
+        """Joints of the hardware whose motion it commands."""
+        motions = map(self.context.hardware.motion_of, self.required_command_interfaces)
+        return tuple(dict.fromkeys(motion[0] for motion in motions if motion))
 
     @property
     def obstacle(self) -> str:
-        """Why the arm takes no commands, '' where it does; any thread."""
-        return self.context.obstacle()
+        """Why its commands are not followed, '' where they are; any thread."""
+        reason = self.context.obstacle()
+        return reason if reason and self.moves_arm else ''
 
     def warn_of_rate(self) -> None:
         """Warn where the parameters ask for a rate that cannot be run."""

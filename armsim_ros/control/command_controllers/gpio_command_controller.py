@@ -45,10 +45,8 @@ class GpioCommandController(SensorBroadcaster):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joints among what is commanded."""
-        index = self.context.hardware.index
-        return tuple(dict.fromkeys(
-            owner for owner, _ in self._own.targets if owner in index))
+        """Joints whose motion is commanded."""
+        return self.moved_joints
 
     @property
     def required_command_interfaces(self) -> tuple[str, ...]:
@@ -89,7 +87,7 @@ class GpioCommandController(SensorBroadcaster):
         """
         if not self.active:
             return 'the controller is not active'
-        if self.joints and (obstacle := self.obstacle):
+        if obstacle := self.obstacle:
             return self.drop(obstacle)
         targets = self._own.targets
         found: dict[tuple[str, str], float] = {}

@@ -256,8 +256,8 @@ class ArmStop:
     @property
     def arm_joints(self) -> tuple[str, ...]:
         """The joints that stop with the arm; in the order of the model."""
-        taken = {name.rpartition('/')[0] for controller, _ in self._switches.active
-                 if not controller.moves_arm for name in controller.required_command_interfaces}
+        taken = {name for controller, _ in self._switches.active
+                 if not controller.moves_arm for name in controller.moved_joints}
         for device, _ in self._switches.devices:
             if not device.moves_arm:
                 taken.update(device.joints)

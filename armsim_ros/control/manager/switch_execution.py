@@ -319,8 +319,9 @@ class SwitchExecution:
 
     def _claims(self, controllers: Sequence[Controller[Any]]) -> dict[str, frozenset[str]]:
         idle = self._resources.idle_joints
-        joints = [name for name in self._hardware.joint_names if name not in idle]
-        claims = claimed_joints(controllers, joints)
+        claims = claimed_joints(controllers, self._hardware)
+        for name in idle:
+            claims.pop(name, None)
         for device, _ in self.devices:
             for name in device.joints:
                 if name not in idle:
@@ -342,8 +343,7 @@ class SwitchExecution:
         for device, _ in self.devices:
             device.holder = next((
                 controller.name for controller, _ in self.active
-                if any(name.rpartition('/')[0] in device.joints
-                       for name in controller.required_command_interfaces)), '')
+                if not set(device.joints).isdisjoint(controller.moved_joints)), '')
 
     def _strict(self, strictness: int) -> bool:
         if strictness == 0:

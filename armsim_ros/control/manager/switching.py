@@ -11,14 +11,14 @@ strictness.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 from armsim_ros.config.controllers.controller_manager import ControllerManagerParameters
 from armsim_ros.control.controller import Controller, LifecycleState
-from armsim_ros.control.hardware_interface import COMMAND_INTERFACES
+from armsim_ros.control.hardware_interface import HardwareInterface
 from armsim_ros.control.manager.manager_info import dependents, start_obstacle, stop_obstacle
 from armsim_ros.control.manager.resources import Resources
 from armsim_ros.errors import ControllerError, nearest
@@ -155,18 +155,18 @@ def plan_switch(
     return SwitchPlan(tuple(stopping), tuple(starting), tuple(problems))
 
 
-def claimed_joints(controllers: Sequence[Controller[Any]], joints: Collection[str]
+def claimed_joints(controllers: Sequence[Controller[Any]], hardware: HardwareInterface
                    ) -> dict[str, frozenset[str]]:
     """
     Return joint -> claimed interfaces of controllers that are or will be active.
 
-    :param joints: of the hardware; what does not move one of them has nothing to switch.
+    :param hardware: has the joints; what does not move one of them has nothing to switch.
     """
     claims: dict[str, set[str]] = {}
     for controller in controllers:
         for interface in controller.required_command_interfaces:
-            joint, _, kind = interface.rpartition('/')
-            if joint in joints and kind in COMMAND_INTERFACES:
+            if motion := hardware.motion_of(interface):
+                joint, kind = motion
                 claims.setdefault(joint, set()).add(kind)
     return {joint: frozenset(kinds) for joint, kinds in claims.items()}
 

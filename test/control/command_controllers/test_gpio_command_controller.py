@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from armsim_ros.control.command_controllers.hand_drive import HandDrive
 from armsim_ros.errors import ControllerError
 
 GPIO = 'gpio_controllers/GpioCommandController'
@@ -85,6 +86,47 @@ def test_a_joint_is_commanded(finger):
     assert made.hardware.state.position.tolist() == [0.5, 0.0]
     assert made.gpios.joints == ('a',)
     assert made.gpios.moves_arm
+
+
+@pytest.fixture
+def brake(rig):
+    """Return joints with an active controller of the brake of joint a, which moves no joint."""
+    made = rig()
+    made.hardware.other_commands['a/brake'] = math.nan
+    made.gpios = made.load('gpios', GPIO, gpios=['a'], publish_rate=0.0, command_interfaces={
+        'a': {'interfaces': ['brake']}})
+    assert made.manager.switch(activate=['gpios']).ok
+    made.step()
+    return made
+
+
+def test_a_command_that_does_not_move_a_joint_is_followed_while_the_arm_is_stopped(brake):
+    """The controller goes on, and the stop holds the joint that it belongs to."""
+    assert brake.gpios.joints == ()
+    assert not brake.gpios.moves_arm
+    brake.manager.arm.protective_stop()
+    brake.step()
+    assert brake.manager.stops.arm_joints == ('a', 'b')
+    assert brake.gpios.receive([('a', ['brake'], [1.0])]) == ''
+    brake.step()
+    assert brake.hardware.other_commands['a/brake'] == 1.0
+
+
+def test_a_command_that_does_not_move_a_joint_leaves_it_to_a_device(brake):
+    """A device commands its joints while no controller moves them."""
+    device = HandDrive.of('hand', 'a', brake.manager.context)
+    brake.manager.attach(device)
+    assert device.holder == ''
+    brake.arm(joints=['a'])
+    assert device.holder == 'arm'
+
+
+def test_commands_of_a_joint_are_dropped_while_the_arm_is_stopped(finger):
+    """As those of every controller that moves the arm."""
+    made = finger()
+    made.manager.arm.protective_stop()
+    made.step()
+    assert 'stop' in made.gpios.receive([('a', ['position'], [0.5])])
 
 
 def test_states_of_a_joint_are_published_where_they_are_named(finger):
