@@ -8,6 +8,9 @@ As ur_robot_driver: ``controller_stopper.cpp`` (robotRunningCallback, findAndSto
 ``scaled_joint_trajectory_controller``.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from threading import Event
 from types import SimpleNamespace
 
 import numpy as np
@@ -169,6 +172,53 @@ def test_play_reports_what_keeps_the_controllers_of_the_program_inactive(program
     assert (states(sim)[ARM], states(sim)['freedrive']) == ('inactive', 'active')
     (error,) = errors(sim)
     assert f"'{ARM}' cannot be active together with 'freedrive'" in error
+
+
+@pytest.fixture
+def busy_manager(sim):
+    """Return a context in which another thread changes controllers, so that switches wait."""
+    @contextmanager
+    def busy():
+        with ThreadPoolExecutor(1) as other:
+            held, done = Event(), Event()
+
+            def hold():
+                with sim.manager._structure:
+                    held.set()
+                    done.wait()
+
+            holding = other.submit(hold)
+            held.wait()
+            try:
+                yield
+            finally:
+                done.set()
+                holding.result()
+
+    return busy
+
+
+@pytest.mark.parametrize(('before', 'meanwhile', 'after'), [
+    (('play',), ('stop_program', 'play'), 'active'),
+    (('stop_program',), ('play', 'stop_program'), 'inactive'),
+])
+def test_controllers_follow_the_program_where_their_switches_wait(
+    sim, busy_manager, before, meanwhile, after
+):
+    """A change of the program counts on the switches of the change before, even if they wait."""
+    for change in before:
+        getattr(sim.manager.arm, change)()
+        sim.step(2)
+    with busy_manager():
+        for change in meanwhile:
+            getattr(sim.manager.arm, change)()
+            sim.step(2)
+    sim.step(2)
+    assert states(sim)[ARM] == after
+    assert errors(sim) == []
+    sim.manager.arm.play()
+    sim.step(2)
+    assert states(sim)[ARM] == 'active'
 
 
 def test_play_leaves_alone_what_a_client_has_activated_again(sim):

@@ -319,32 +319,39 @@ class ArmStop:
         self._bring_controllers_back()
 
     def _set_controllers_aside(self) -> None:
+        """Deactivate the controllers of the arm where its program has stopped."""
+        if self.arm.program is Program.STOPPED:
+            self._request_switch(SwitchRequest(
+                (), self._controllers_of_the_program, Strictness.BEST_EFFORT))
+
+    def _controllers_of_the_program(self) -> tuple[str, ...]:
         """
-        Deactivate the controllers of the arm where its program has stopped.
+        Return which controllers are set aside.
 
         What cannot be active together with those set aside before is left as it is.
         """
-        if self.arm.program is not Program.STOPPED:
-            return
         active = [controller for controller, _ in self._switches.active]
         before = self._set_aside.values()
         moving = [controller for controller in active
                   if (controller.moves_arm or controller.frees_arm)
                   and not any(clash(controller, other) for other in before
                               if other.name != controller.name)]
-        if moving:
-            setting = {each.name: each for each in (*moving, *dependents(moving, active))}
-            self._set_aside.update(setting)
-            self._request_switch(SwitchRequest((), tuple(setting), Strictness.BEST_EFFORT))
+        setting = {each.name: each for each in (*moving, *dependents(moving, active))}
+        self._set_aside.update(setting)
+        return tuple(setting)
 
     def _bring_controllers_back(self) -> None:
+        self._before_program = self._program_stopped = False
+        request = SwitchRequest(self._controllers_to_return, (), Strictness.STRICT)
+        request.future.add_done_callback(self._report)
+        self._request_switch(request)
+
+    def _controllers_to_return(self) -> tuple[str, ...]:
+        """Return which controllers were set aside and are not active; they are forgotten."""
         active = {controller.name for controller, _ in self._switches.active}
-        names = [name for name in self._set_aside if name not in active]
-        self._set_aside, self._before_program, self._program_stopped = {}, False, False
-        if names:
-            request = SwitchRequest(names, (), Strictness.STRICT)
-            request.future.add_done_callback(self._report)
-            self._request_switch(request)
+        names = tuple(name for name in self._set_aside if name not in active)
+        self._set_aside = {}
+        return names
 
     def _report(self, switched: Future[SwitchResult]) -> None:
         result = switched.result()

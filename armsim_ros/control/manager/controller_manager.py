@@ -185,7 +185,7 @@ class ControllerManager:
         :param strictness: 0 takes the manager's default.
         :returns: done after the loop's next update, or at once while time is paused.
         """
-        request = SwitchRequest(activate, deactivate, strictness)
+        request = SwitchRequest(tuple(activate), tuple(deactivate), strictness)
         self._requests.post(request)
         return request.future
 

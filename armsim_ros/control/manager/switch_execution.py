@@ -9,7 +9,7 @@ nothing has changed. Then controllers are stopped, then others started, between 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any
 
@@ -109,6 +109,10 @@ class UpdatesAhead:
 Controllers = Mapping[str, Controller[Any]]
 
 
+#: Names of controllers, or what returns them when the request is carried out.
+Names = Sequence[str] | Callable[[], Sequence[str]]
+
+
 class SwitchRequest:
     """
     Controllers to start and to stop; 0 as strictness takes the manager's default.
@@ -118,17 +122,22 @@ class SwitchRequest:
     :param future: gets the result.
     """
 
-    __slots__ = ('activate', 'deactivate', 'future', 'hardware_changed', 'strictness')
+    __slots__ = ('_activate', '_deactivate', 'future', 'hardware_changed', 'strictness')
 
     def __init__(
-        self, activate: Sequence[str] = (), deactivate: Sequence[str] = (),
+        self, activate: Names = (), deactivate: Names = (),
         strictness: int = Strictness.BEST_EFFORT, *, hardware_changed: bool = False
     ) -> None:
         self.hardware_changed = hardware_changed
-        self.activate = tuple(activate)
-        self.deactivate = tuple(deactivate)
+        self._activate, self._deactivate = activate, deactivate
         self.strictness = strictness
         self.future: Future[SwitchResult] = Future()
+
+    def names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return which controllers to start and which to stop, once it is carried out."""
+        activate, deactivate = (tuple(names() if callable(names) else names)
+                                for names in (self._activate, self._deactivate))
+        return activate, deactivate
 
 
 class SwitchExecution:
@@ -159,8 +168,7 @@ class SwitchExecution:
         """
         strict = self._strict(request.strictness)
         try:
-            plan = plan_switch(controllers, self._resources, request.activate,
-                               request.deactivate, strict=strict)
+            plan = plan_switch(controllers, self._resources, *request.names(), strict=strict)
         except ControllerError as error:
             return SwitchResult(False, f'nothing was switched: {error}')
         if not (plan.activate or plan.deactivate):
