@@ -68,7 +68,13 @@ def add_geom(
 
 
 def volume(geometry: Geometry) -> float:
-    """Return the volume of a shape [m^3]; a mesh counts with the volume it encloses."""
+    """
+    Return the volume of a shape [m^3].
+
+    A mesh counts with the volume it encloses; where it is a mere sheet, with that of its hull.
+
+    :raises SimulationError: a plane, or a mesh without area.
+    """
     if isinstance(geometry, Box):
         return math.prod(geometry.size)
     if isinstance(geometry, Sphere):
@@ -80,9 +86,11 @@ def volume(geometry: Geometry) -> float:
     if isinstance(geometry, Cone):
         return math.pi * geometry.radius**2 * geometry.length / 3.0
     if isinstance(geometry, Mesh):
-        mesh = _thickened(geometry)
-        a, b, c = (np.asarray(mesh.vertices)[mesh.triangles[:, i]] for i in range(3))
-        return abs(float(np.einsum('ij,ij->i', a, np.cross(b, c)).sum())) / 6.0
+        corners = geometry.vertices - geometry.vertices.mean(axis=0)
+        a, b, c = (corners[geometry.triangles[:, i]] for i in range(3))
+        enclosed = abs(float(np.einsum('ij,ij->', a, np.cross(b, c)))) / 6.0
+        area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+        return enclosed if enclosed > LEAST_THICKNESS * area else _hull_volume(geometry)
     raise SimulationError('a plane has no volume, so it cannot be part of an object with mass')
 
 
@@ -145,7 +153,7 @@ def _cone_mesh(cone: Cone) -> Mesh:
 
 
 def _thickened(mesh: Mesh) -> Mesh:
-    """Return a mesh that is flat, such as a sheet, with both its sides; others as they are."""
+    """Return a mesh that is flat, such as a sheet, with some thickness; others as they are."""
     arms = mesh.vertices - mesh.vertices.mean(axis=0)
     normal = np.linalg.eigh(arms.T @ arms)[1][:, 0]
     if np.ptp(arms @ normal) >= LEAST_THICKNESS:
@@ -154,6 +162,13 @@ def _thickened(mesh: Mesh) -> Mesh:
     sides = np.vstack([mesh.vertices - half, mesh.vertices + half])
     other = mesh.triangles[:, ::-1] + len(mesh.vertices)
     return Mesh(sides, np.vstack([mesh.triangles, other]), mesh.uri)
+
+
+def _hull_volume(mesh: Mesh) -> float:
+    """Return the volume that MuJoCo finds for a mesh [m^3]."""
+    spec = mujoco.MjSpec()
+    add_geom(spec, spec.worldbody.add_body(), mesh, np.eye(4), mesh_name='mesh', density=1.0)
+    return float(compile_model(spec).body_mass[1])
 
 
 _NOTHING = np.empty((0, 2), dtype=np.int32), np.empty(0)

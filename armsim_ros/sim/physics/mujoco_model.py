@@ -149,7 +149,10 @@ class PlantSpec:
         """
         Add an object; an object with mass may move freely.
 
-        :raises SimulationError: an object of that name is there, or it has no parts.
+        Where an error is raised, the specification is as it was.
+
+        :raises SimulationError: an object of that name is there, it has no parts, or one of them
+            cannot have mass.
         """
         name = object_body_name(item.name)
         if self.spec.body(name) is not None:
@@ -158,21 +161,31 @@ class PlantSpec:
             raise SimulationError(f"object '{item.name}' has no shape")
         body = self.spec.worldbody.add_body(
             name=name, pos=item.pose[:3, 3], quat=quat_wxyz_from_matrix(item.pose))
-        volumes = [1.0] * len(item.parts)
+        try:
+            self._fill_object(body, item)
+        except Exception:
+            self.remove_object(item.name)
+            raise
+
+    def _fill_object(self, body: Any, item: WorldObject) -> None:
+        masses = [0.0] * len(item.parts)
         if item.mass is not None:
-            body.add_freejoint(name=name)
+            body.add_freejoint(name=body.name)
             body.gravcomp = item.gravcomp
             self._add_welds(item)
             volumes = [volume(part.geometry) for part in item.parts]
-        if item.mass is not None and item.inertial is not None:
-            body.explicitinertial = True
-            set_inertial(body, item.inertial)
-        for i, part in enumerate(item.parts):
+            if not sum(volumes) > 0.0:
+                raise SimulationError(f"the shapes of object '{item.name}' enclose no volume")
+            masses = [item.mass * size / sum(volumes) for size in volumes]
+            if item.inertial is not None:
+                body.explicitinertial = True
+                set_inertial(body, item.inertial)
+        for i, (part, mass) in enumerate(zip(item.parts, masses, strict=True)):
             add_geom(
-                self.spec, body, part.geometry, part.origin, mesh_name=f'{name}/{i}',
-                mass=(item.mass or 0.0) * volumes[i] / sum(volumes),
-                friction=[item.friction, 0.005, 0.0001], rgba=part.rgba or (0.6, 0.6, 0.6, 1.0),
-                group=WORLD_GROUP, **TOUCHING, **({} if item.mass is None else GRASPABLE))
+                self.spec, body, part.geometry, part.origin, mesh_name=f'{body.name}/{i}',
+                mass=mass, friction=[item.friction, 0.005, 0.0001],
+                rgba=part.rgba or (0.6, 0.6, 0.6, 1.0), group=WORLD_GROUP, **TOUCHING,
+                **({} if item.mass is None else GRASPABLE))
 
     def remove_object(self, name: str) -> None:
         """

@@ -314,7 +314,10 @@ class _Reader:
         :param densities: of its parts [kg/m^3]; NaN where a collision has none.
         """
         given, name = link.first('inertial'), link.get('name')
-        volumes = [volume(part.geometry) for part in parts]
+        try:
+            volumes = [volume(part.geometry) for part in parts]
+        except SimulationError as error:
+            raise refused(link, f"link '{name}': {error}") from None
         if parts and not sum(volumes) > 0.0:
             raise refused(link, f"the shapes of link '{name}' enclose no volume")
         if given is not None and auto_of(given):

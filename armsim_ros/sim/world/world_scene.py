@@ -199,7 +199,7 @@ class WorldScene:
                 done.append(item)
             spec.set_ground(ground)
             staged = self._plant.stage()
-        except SimulationError:
+        except Exception:
             self._undo(done, removed)
             raise
         return WorldEdit(staged, added, removed, ground)

@@ -10,7 +10,7 @@ import pytest
 
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.geometry import Box, Mesh, Sphere
+from armsim_ros.model.geometry import Box, Sphere
 from armsim_ros.model.robot_model import Inertial, LinkGeometry
 from armsim_ros.model.semantic_model import SemanticModel
 from armsim_ros.model.transforms import pose_matrix
@@ -126,22 +126,6 @@ def test_an_object_that_physics_refuses_leaves_the_world_as_it_was(crowded):
     run(crowded, 10)
     crowded.world.add(block('fine', (0.0, 3.0, 0.5)))
     run(crowded, 10)
-
-
-@pytest.mark.parametrize('corners', [3, 4])
-@pytest.mark.parametrize('mass', [None, 0.1])
-def test_a_flat_mesh_is_a_thin_sheet(crowded, corners, mass):
-    """A sheet, or a single triangle, is a shape like any other: a ball lies on it."""
-    vertices = 0.5 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])[:corners]
-    triangles = np.array([[0, 1, 2], [0, 2, 3]])[:corners - 2]
-    sheet = WorldObject('sheet', pose_matrix((3.0, 0.0, 0.1)),
-                        (LinkGeometry(Mesh(vertices, triangles), np.eye(4)),), mass)
-    crowded.world.add(sheet)
-    crowded.world.add(WorldObject('marble', pose_matrix((3.1, -0.1, 0.2)), (
-        LinkGeometry(Sphere(0.05), np.eye(4)),), 0.1))
-    run(crowded, 1000)
-    height = 0.1 if mass is None else 0.0
-    assert crowded.world.pose('marble')[2, 3] == pytest.approx(height + 0.05, abs=2e-3)
 
 
 def test_objects_can_be_put_elsewhere(crowded):
