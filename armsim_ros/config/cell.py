@@ -15,7 +15,12 @@ from typing_extensions import Self
 from armsim_ros.config.base import parameter, read_settings, Settings
 from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.kinematics import JointLimitOverrides
-from armsim_ros.config.ompl_planning import OmplGroup, PipelineSettings, PlannerConfig
+from armsim_ros.config.ompl_planning import (
+    OmplGroup,
+    PipelineSettings,
+    PlannerConfig,
+    RENAMED_PIPELINE_KEYS,
+)
 from armsim_ros.config.robot_settings import RobotSettings
 from armsim_ros.config.simulation import (
     finite_triple,
@@ -168,7 +173,8 @@ def merged_settings(own: RobotSettings, robots: Robots, problems: list[Problem])
                 in settings.trajectory_execution.allowed_start_tolerance_joints.items()}),
         'planning_parameters': merge.block(
             'planning_parameters', own.planning_parameters,
-            joint_state_topics=merge.joint_state_topics()),
+            joint_state_topics=merge.joint_state_topics(),
+            planning_pipelines=merge.planning_pipelines()),
     })
 
 
@@ -198,7 +204,7 @@ class _Merge:
         """
         path = (section, inside) if inside else (section,)
         values: dict[str, Any] = {
-            key: getattr(own, key) for key in own.model_fields_set - set(apart)}
+            key: getattr(own, key) for key in _given(self._own, path, own, apart)}
         owners = dict.fromkeys(values, 'the cell')
         for name, settings in self._robots.items():
             block = getattr(settings, section)
@@ -206,7 +212,7 @@ class _Merge:
                 block = block.get(inside) if isinstance(block, dict) else getattr(block, inside)
             if block is None:
                 continue
-            for key in _given(block, apart):
+            for key in _given(settings, path, block, apart):
                 value = getattr(block, key)
                 if owners.setdefault(key, f"robot '{name}'") == f"robot '{name}'":
                     values[key] = value
@@ -284,7 +290,10 @@ class _Merge:
 
     def _pipeline(self, pipeline: str) -> PipelineSettings:
         """Return a pipeline; planners of a name that differ get the name of their robot."""
-        own = self._own.pipelines.get(pipeline, PipelineSettings())
+        first = next(settings.pipelines[pipeline] for settings in (
+            self._own, *self._robots.values()) if pipeline in settings.pipelines)
+        own = self._own.pipelines.get(
+            pipeline, PipelineSettings(planning_plugins=first.planning_plugins))
         configs: dict[str, PlannerConfig] = dict(own.planner_configs)
         groups: dict[str, OmplGroup] = {}
         for name, settings in self._robots.items():
@@ -301,6 +310,16 @@ class _Merge:
                         renamed.get(key, key) for key in block.planner_configs)})
         return self.block('pipelines', own, inside=pipeline, planner_configs=configs,
                           groups={**groups, **own.groups})
+
+    def planning_pipelines(self) -> tuple[str, ...]:
+        """Return which pipelines are offered: as the cell's files list them, else all."""
+        own = self._own.planning_parameters.planning_pipelines
+        if self._own.locate('planning_parameters', 'planning_pipelines') is not None:
+            return own
+        described = [name for name in own if self._own.locate('pipelines', name) is not None]
+        return tuple(dict.fromkeys((
+            *(name for settings in self._robots.values()
+              for name in settings.planning_parameters.planning_pipelines), *described)))
 
     def joint_state_topics(self) -> tuple[str, ...]:
         """Return where all robots' joint states come from."""
@@ -325,10 +344,23 @@ class _Merge:
                                       severity=Severity.CHANGED))
 
 
-def _given(block: Settings, apart: Collection[str]) -> list[str]:
-    """Return the keys of a block that a file gives, in the order of their declaration."""
+def _given(settings: RobotSettings, path: tuple[str, ...], block: Settings,
+           apart: Collection[str]) -> list[str]:
+    """
+    Return the keys of a block that a file gives, in the order of their declaration.
+
+    :param path: where the block is in the settings.
+    :param apart: keys that are left out.
+    """
+    assumed = {'planning_plugins'} if not _names_its_plugin(settings, path) else set()
     return [key for key in type(block).model_fields
-            if key in block.model_fields_set and key not in apart]
+            if key in block.model_fields_set and key not in apart and key not in assumed]
+
+
+def _names_its_plugin(settings: RobotSettings, path: tuple[str, ...]) -> bool:
+    """Return whether a file gives a pipeline's plugin; else it follows from the name."""
+    keys = ('planning_plugins', *RENAMED_PIPELINE_KEYS)
+    return any(settings.locate(*path, key) is not None for key in keys)
 
 
 def _ungained(settings: RobotSettings) -> list[str]:

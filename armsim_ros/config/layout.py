@@ -29,6 +29,8 @@ _CONTROLLER_KEYS = frozenset(
      'stopped_velocity_tolerance', 'command_interfaces', 'state_interfaces'})
 #: Any of them makes a block a planning pipeline.
 PIPELINE_KEYS = frozenset({'planner_configs', 'planning_plugins', 'planning_plugin'})
+#: Pipelines whose files, such as chomp_planning.yaml, need none of these keys.
+_TAKEN_BY_NAME = frozenset(DEFAULT_PIPELINES) - {OMPL}
 _ANY_NODE = '**'
 _ANY = ('**', '*')
 _SERVO_NODES = ('servo_node', 'servo_server', 'moveit_servo')
@@ -60,6 +62,7 @@ class LayoutReader:
 
         :param stem: the file's name without its ending.
         """
+        name, ending, rest = stem.rpartition('_planning')
         if is_ros2_file(root):
             self._read_nodes(root)
         elif stem == 'simulation':
@@ -69,8 +72,9 @@ class LayoutReader:
         elif 'objects' in root.entries and set(root.entries) <= _WORLD_KEYS:
             return  # a world; simulation.yaml chooses the world
         elif PIPELINE_KEYS & set(root.entries):
-            name, ending, rest = stem.rpartition('_planning')
             self.take_pipeline(root, name if ending and not rest else OMPL)
+        elif not rest and name in _TAKEN_BY_NAME and name not in root.entries:
+            self.take_pipeline(root, name)
         else:
             self._read_block(root, '')
 

@@ -30,11 +30,8 @@ _SUBFOLDERS = ('', 'config', 'urdf', 'robots', 'srdf', 'description')
 
 #: Files of other programs, by the start of their name -> whose they are.
 _OTHER_FILES = {
-    'chomp_planning': 'of the CHOMP planner',
-    'stomp_planning': 'of the STOMP planner',
     'lerp_planning': 'of the lerp planner',
     'trajopt_planning': 'of the TrajOpt planner',
-    'pilz_industrial_motion_planner': 'of the Pilz planner, which needs none',
     'fake_controllers': 'of fake controllers',
     'moveit_cpp': 'of MoveItCpp clients',
 }

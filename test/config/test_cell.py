@@ -4,6 +4,7 @@ import pytest
 
 from armsim_ros.config.cell import merged_settings, read_cell
 from armsim_ros.config.loading import load_robot_settings, survey_files
+from armsim_ros.config.ompl_planning import Planner
 from armsim_ros.config.prefix import prefixed_settings
 from armsim_ros.config.robot_folder import find_files
 from armsim_ros.errors import ConfigError, Severity
@@ -239,6 +240,65 @@ def test_planners_of_one_name_that_differ(merge, files):
     assert 'RRTConnect' in whole.pipelines['ompl'].groups['a_manipulator'].planner_configs
     assert 'b_RRTConnect' in whole.pipelines['ompl'].groups['b_manipulator'].planner_configs
     assert whole.pipelines['ompl'].groups['b_manipulator'].default_planner_config == 'b_RRTConnect'
+
+
+OMPL_FILE = ('planning_plugins: [ompl_interface/OMPLPlanner]\n'
+             'planner_configs: {Mine: {type: geometric::RRT}}\n')
+PILZ = 'pilz_industrial_motion_planner'
+
+
+def test_the_pipelines_of_all_robots_are_offered(merge, files):
+    """In the order of the robots, and those that the cell's own files describe after them."""
+    files.write('fast_planning.yaml', OMPL_FILE)
+    robots = {'a': prefixed_settings(files.load(), 'a_', 'a')}
+    files.write('slow_planning.yaml', OMPL_FILE)
+    robots['b'] = prefixed_settings(files.load(), 'b_', 'b')
+    whole, problems = merge(robots, shared_planning=OMPL_FILE)
+    assert whole.planning_parameters.planning_pipelines == (
+        'ompl', 'fast', PILZ, 'slow', 'shared')
+    assert not [one for one in problems if 'pipelines' in one.what]
+
+
+def test_pipelines_that_robots_list_are_those_of_the_cell(merge, files):
+    """What no robot offers is not offered."""
+    files.write('more.yaml', f'planning_pipelines: [{PILZ}]')
+    robot = prefixed_settings(files.load(), 'a_', 'a')
+    assert merge({'a': robot})[0].planning_parameters.planning_pipelines == (PILZ,)
+
+
+def test_a_cell_may_list_its_pipelines(merge):
+    """Its own list is the whole list."""
+    whole, _ = merge({'a': named('sunday', 'a')}, more=f'planning_pipelines: [{PILZ}]')
+    assert whole.planning_parameters.planning_pipelines == (PILZ,)
+
+
+def test_the_plugin_of_a_robots_pipeline_is_kept(merge, files):
+    """A plugin that a file gives is preferred to the plugin that follows from the name."""
+    files.write('chomp_planning.yaml', OMPL_FILE)
+    robot = prefixed_settings(files.load(), 'b_', 'b')
+    whole, problems = merge({'a': named('sunday', 'a'), 'b': robot})
+    assert whole.pipelines['chomp'].planner is Planner.OMPL
+    assert whole.pipelines['stomp'].planner is None
+    assert 'chomp' in whole.planning_parameters.planning_pipelines
+    assert not [one for one in problems if 'planning_plugins' in one.what]
+
+
+def test_plugins_that_differ_are_reported(merge, files):
+    """The first robot's plugin is used."""
+    files.write('fast_planning.yaml', OMPL_FILE)
+    first = prefixed_settings(files.load(), 'a_', 'a')
+    files.write('fast_planning.yaml', f'planning_plugin: {PILZ}/CommandPlanner')
+    second = prefixed_settings(files.load(), 'b_', 'b')
+    whole, problems = merge({'a': first, 'b': second})
+    assert whole.pipelines['fast'].planner is Planner.OMPL
+    assert any("CommandPlanner',) of robot 'b' is overridden by" in str(one) for one in problems)
+
+
+def test_a_pipeline_without_a_plugin_gets_none_in_a_cell(merge, files):
+    """It cannot plan there either."""
+    files.write('lost_planning.yaml', 'planning_plugins: []')
+    robot = prefixed_settings(files.load(), 'a_', 'a')
+    assert merge({'a': robot})[0].pipelines['lost'].planner is None
 
 
 def test_default_gains_of_a_robot_stay_its_own(merge, files):

@@ -4,6 +4,7 @@ from pydantic import ValidationError
 import pytest
 
 from armsim_ros.config.loading import load_robot_settings
+from armsim_ros.config.ompl_planning import Planner
 from armsim_ros.errors import ConfigError
 from armsim_ros.resources import robot_names
 
@@ -227,11 +228,30 @@ def test_controllers_that_share_joints_start_one_by_one(files):
 
 
 def test_files_of_other_programs_are_left_out(files):
-    """CFG-12: chomp_planning.yaml and the like give a remark each."""
+    """CFG-12: moveit_cpp.yaml and the like give a remark each."""
     files.write('moveit_cpp.yaml', 'planning_pipelines: {}\n')
-    files.write('chomp_planning.yaml', 'planning_time_limit: 10.0\n')
-    assert sum('not used here' in one for one in files.remarks() if 'moveit_cpp' in one
-               or 'chomp' in one) == 2
+    assert any('moveit_cpp' in one and 'not used here' in one for one in files.remarks())
+
+
+@pytest.mark.parametrize(('name', 'content'), [
+    ('chomp', 'planning_time_limit: 10.0\n'),
+    ('stomp', 'stomp_moveit: {num_timesteps: 60}\n'),
+])
+def test_a_pipeline_whose_planner_is_not_available_is_left_out(files, name, content):
+    """CFG-12: chomp_planning.yaml and the like give a remark each."""
+    files.write(f'{name}_planning.yaml', content)
+    (remark,) = [one for one in files.remarks() if f'{name}_planning.yaml' in one]
+    assert f"planning pipeline '{name}' is not offered" in remark
+    assert name not in files.load().planning_parameters.planning_pipelines
+
+
+@pytest.mark.parametrize('name', ['chomp', 'stomp', 'pilz_industrial_motion_planner'])
+def test_the_plugin_not_the_name_of_a_file_is_its_planner(files, name):
+    """As in a MoveIt configuration package."""
+    files.write(f'{name}_planning.yaml', 'planning_plugins: [ompl_interface/OMPLPlanner]\n')
+    settings = files.load()
+    assert settings.pipelines[name].planner is Planner.OMPL
+    assert name in settings.planning_parameters.planning_pipelines
 
 
 def test_a_robot_that_is_not_there():
