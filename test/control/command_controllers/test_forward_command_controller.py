@@ -276,3 +276,18 @@ def test_two_thousand_switches(rig, trajectory):
             worst = max(worst, float(np.abs(made.hardware.state.position - position).max()))
             position = made.hardware.state.position.copy()
     assert worst <= LONGEST_STEP
+
+
+def test_a_command_that_moves_no_joint_is_followed_while_the_arm_is_stopped(rig):
+    """A lamp has nothing to do with the stop; commands of joints are dropped."""
+    made = rig()
+    made.hardware.other_commands['lamp/on'] = np.nan
+    light = made.load('light', FORWARD, joints=['lamp'], interface_name='on')
+    joints = made.load('joints', FORWARD, joints=['a'], interface_name='position')
+    assert made.manager.switch(activate=['light', 'joints']).ok
+    made.manager.arm.protective_stop()
+    made.step()
+    assert light.receive([1.0]) == ''
+    assert 'stop' in joints.receive([0.5])
+    made.step()
+    assert made.hardware.other_commands['lamp/on'] == 1.0
