@@ -157,7 +157,9 @@ class ServoParameters(Settings):
                 'scene_collision_proximity_threshold must not be less than '
                 'self_collision_proximity_threshold')
         if self.max_expected_latency < 3.0 * self.publish_period:
-            wrong.append('max_expected_latency has to be at least three times publish_period')
+            wrong.append(
+                f'max_expected_latency ({self.max_expected_latency:g} s) has to be at least three '
+                f'times publish_period ({self.publish_period:g} s)')
         if wrong:
             raise ValueError('; '.join(wrong))
         return self

@@ -78,6 +78,14 @@ class MissingArgumentsError(ArmsimError):
                 for name, choices in self.arguments]
 
 
+#: Modules of programs for robots -> their distribution, where that has another name.
+_DISTRIBUTIONS = {
+    'OpenGL': 'PyOpenGL', 'PIL': 'pillow', 'cv2': 'opencv-python-headless',
+    'dynamixel_sdk': 'dynamixel-sdk', 'serial': 'pyserial', 'skimage': 'scikit-image',
+    'sklearn': 'scikit-learn', 'usb': 'pyusb', 'yaml': 'PyYAML', 'zmq': 'pyzmq',
+}
+
+
 def missing_module_text(module: str, sources: Path | None = None,
                         package: Path | None = None) -> str:
     """
@@ -97,7 +105,7 @@ def missing_module_text(module: str, sources: Path | None = None,
                 + (f'; it is there for other systems or versions of Python: {", ".join(others)}'
                    if others else ''))
     return (f"Python module '{module}' is missing: clone the ROS package that has it into src/ of "
-            f"the workspace, or install it ('pip install {top}')")
+            f"the workspace, or install it ('pip install {_DISTRIBUTIONS.get(top, top)}')")
 
 
 class StoppedError(BaseException):

@@ -72,7 +72,7 @@ def test_all_mistakes_at_once(settings):
     text = str(caught.value)
     assert 'hard_stop_singularity_threshold' in text
     assert 'publish_joint_positions' in text
-    assert 'three times publish_period' in text
+    assert 'max_expected_latency (0.02 s) has to be at least three times publish_period (0' in text
 
 
 def test_unknown_key(settings):

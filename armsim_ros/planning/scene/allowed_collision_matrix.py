@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TypeVar
@@ -72,6 +72,19 @@ class AllowedCollisionMatrix:
         return (
             {pair for pair, _ in self.pairs.items() ^ other.pairs.items()},
             {name for name, _ in self.defaults.items() ^ other.defaults.items()})
+
+    def forgotten_by(self, other: AllowedCollisionMatrix, names: Container[str]) -> list[Pair]:
+        """
+        Return the pairs that may touch here, and not where another matrix lacks a name of theirs.
+
+        :param names: those whose pairs are meant.
+        """
+        if self is other:
+            return []
+        known = set(other.names)
+        return [pair for pair, allowed in self.pairs.items()
+                if allowed and not known.issuperset(pair) and not other.allowed(*pair)
+                and all(name in names for name in pair)]
 
     def with_pair(self, first: str, second: str, allowed: bool) -> AllowedCollisionMatrix:
         """Return a matrix in which a pair is set."""

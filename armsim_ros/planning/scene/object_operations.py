@@ -190,8 +190,8 @@ def _remove(draft: SceneDraft, id_: str) -> None:
         hint = nearest(id_, tuple(draft.objects))
         if id_ in draft.attached:
             hint = f"it is attached to link '{draft.attached[id_].link_name}', detach it first"
-        raise object_error(
-            f"object '{id_}' is not in the world, so it cannot be removed {hint}".rstrip())
+        raise object_error(f"object '{id_}' is not in the world, so it cannot be removed"
+                           + (f'; {hint}' if hint else ''))
     draft.remove((id_,) if id_ else draft.objects)
 
 

@@ -155,3 +155,14 @@ def test_message_that_does_not_fit_is_refused(update):
     """SCN-13a: numbers of names and values must agree."""
     with pytest.raises(PlanningError, match='allowed collision matrix'):
         AllowedCollisionMatrix.from_update(update)
+
+
+def test_pairs_that_another_matrix_forgets():
+    """Only allowed pairs of the given names count, and those of which a name is not known."""
+    def matrix(*pairs):
+        return AllowedCollisionMatrix().with_pairs(dict.fromkeys(pairs, True))
+
+    before = matrix(('a', 'b'), ('b', 'c'), ('c', 'box')).with_pair('a', 'd', False)
+    assert before.forgotten_by(before, 'abcd') == []
+    assert before.forgotten_by(matrix(('a', 'c')), 'abcd') == [('a', 'b'), ('b', 'c')]
+    assert before.forgotten_by(matrix(('a', 'b'), ('c', 'd')), 'abcd') == []

@@ -38,6 +38,7 @@ from armsim_ros.nodes.conversions.planning_scene import (
 from armsim_ros.nodes.conversions.time import time_from_ns
 from armsim_ros.nodes.move_group.context import Context, reported
 from armsim_ros.nodes.move_group.worker import Job
+from armsim_ros.planning.scene.allowed_collision_matrix import AllowedCollisionMatrix
 from armsim_ros.planning.scene.content import FRAMES, SceneContent
 from armsim_ros.planning.scene.objects import AttachedObject
 from armsim_ros.planning.scene.planning_scene import PlanningScene
@@ -104,16 +105,30 @@ def _apply(context: Context, read: Callable[[], SceneUpdate], source: str) -> Jo
     def edit() -> bool:
         done = False
         with reported(context.scene_log, source, None):
-            update = read()
+            update, allowed = read(), context.scene.acm
             if of_world(update):
                 context.ownership.apply(update)
             else:
                 context.ownership.apply_client(update)
+            _warn_of_forgotten_pairs(context, allowed, source)
             done = True
         return done
 
     context.states.update_scene()
     return context.edits.submit(edit)
+
+
+def _warn_of_forgotten_pairs(
+    context: Context, before: AllowedCollisionMatrix, source: str
+) -> None:
+    """Warn where a message's matrix leaves out links: it replaces the whole, as upstream."""
+    pairs = before.forgotten_by(context.scene.acm, context.robot.links)
+    if pairs:
+        first, second = pairs[0]
+        context.logger.warning(
+            f'{source}: the allowed collision matrix replaces the whole matrix and lacks links: '
+            f"{len(pairs)} of their pairs may no longer touch, such as '{first}' with '{second}'; "
+            'change the matrix that get_planning_scene returns, and send all of it')
 
 
 class CollisionObjectTopic:

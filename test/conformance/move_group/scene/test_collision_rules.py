@@ -47,6 +47,24 @@ def test_defaults_alone_are_ignored_in_a_diff(arm: Any) -> None:
     assert arm.scene().allowed_collision_matrix == before
 
 
+def test_a_matrix_without_the_links_warns_of_their_pairs(arm: Any, log: Any) -> None:
+    """
+    It replaces the whole matrix, and pairs that the SRDF allows are checked again.
+
+    moveit_core planning_scene.cpp, setPlanningSceneDiffMsg.
+    """
+    before, seen = arm.scene().allowed_collision_matrix, len(log.output)
+    scene = quiet_diff()
+    scene.allowed_collision_matrix.entry_names = ['gripper', 'box']
+    scene.allowed_collision_matrix.entry_values = [
+        AllowedCollisionEntry(enabled=[False, True]), AllowedCollisionEntry(enabled=[True, False])]
+    assert arm.apply(scene)
+    log.wait_for_line('the allowed collision matrix replaces the whole matrix', after=seen)
+    scene.allowed_collision_matrix = before
+    assert arm.apply(scene)
+    assert arm.scene().allowed_collision_matrix == before
+
+
 @pytest.mark.statement('SCN-13a')
 def test_a_matrix_that_is_not_square_is_refused(arm: Any) -> None:
     """The rules stay as they were, and apply answers false."""
