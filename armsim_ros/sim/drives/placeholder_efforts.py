@@ -1,7 +1,7 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Effort limits that cannot hold the robot, in packages whose hardware never reads them.
+Effort limits that cannot hold or move the robot, in packages whose hardware never reads them.
 
 A vendor's driver, the mock components and Gazebo Classic follow positions whatever the URDF's
 effort is, so many published URDFs have a placeholder there. Other simulators' plugins read it, so
@@ -24,6 +24,9 @@ from armsim_ros.sim.physics.robot_spec import bound_or_infinite
 #: An effort limit below this multiple of the robot's weight on the joint, and of the joint's dry
 #: friction, is a placeholder.
 LEAST_SHARE = 1.2
+#: So is one below this share of what motions of all joints at once need, which few motions do:
+#: the limits of real drives are above it.
+LEAST_MOTION_SHARE = 0.5
 #: The replaced limit is this multiple of what motions of all joints at once need, so that steps of
 #: commands do not saturate the drive.
 HEADROOM = 5.0
@@ -60,13 +63,17 @@ def with_sufficient_efforts(
     for name, weight, most in zip(
             model.active_joints, weights, np.abs(moving).max(axis=0), strict=True):
         joint, declared = joints[name], joints[name].limits.effort
-        load = weight + joint.friction
-        if (name not in model.ideally_positioned_joints
-                or bound_or_infinite(declared) >= LEAST_SHARE * load):
+        load, limit = weight + joint.friction, bound_or_infinite(declared)
+        if name not in model.ideally_positioned_joints:
+            continue
+        if limit < LEAST_SHARE * load:
+            does, bears = ('move', 'weight and friction need') if joint.friction else (
+                'hold', 'weight needs')
+        elif limit < LEAST_MOTION_SHARE * most:
+            does, bears, load = 'move', 'weight and acceleration need', most
+        else:
             continue
         needed = HEADROOM * (most + joint.friction)
-        does, bears = ('move', 'weight and friction need') if joint.friction else (
-            'hold', 'weight needs')
         joints[name] = replace(joint, limits=replace(joint.limits, effort=float(needed)))
         lines.append(
             f"joint '{name}': the URDF's effort limit {declared:g} cannot {does} the robot, whose "

@@ -68,6 +68,30 @@ def test_friction_above_the_effort_limit_does_not_stop_a_joint(driven, claim):
     np.testing.assert_allclose(simulation.state.position, (1.2, 0.3, -0.4), atol=1e-3)
 
 
+@pytest.fixture
+def turned():
+    """Return a function that has the arm's first joint turn about a vertical axis."""
+    def make(model, effort):
+        shoulder = model.joints['shoulder']
+        limits = replace(shoulder.limits, effort=effort)
+        return replace(model, joints={**model.joints, 'shoulder': replace(
+            shoulder, axis=np.array((0.0, 0.0, 1.0)), limits=limits)})
+
+    return make
+
+
+def test_a_placeholder_effort_moves_a_joint_without_weight(driven, turned, claim):
+    """A joint about a vertical axis, which bears no weight, arrives with mock hardware."""
+    simulation = Simulation(turned(driven(MOCK), effort=0.01))
+    assert "joint 'shoulder': the URDF's effort limit 0.01 cannot move the robot, whose weight "\
+           'and acceleration need' in '\n'.join(simulation.warnings)
+    claim(simulation, 'position')
+    simulation.command.position[:] = (1.2, 1.5, -0.4)
+    run(simulation, 1.0)
+    np.testing.assert_allclose(simulation.state.position, (1.2, 1.5, -0.4), atol=1e-3)
+    assert run(simulation, 1.0) < 1e-3
+
+
 def test_a_placeholder_effort_is_reported(driven):
     """One line a joint names the joint, the declared limit and the drive's."""
     lines = [line for line in Simulation(driven(MOCK, effort=0.01)).warnings if 'effort' in line]
