@@ -28,6 +28,8 @@ GRAMS_DENSITY = 1e5
 MOST_OFFSET = 20.0
 
 _TOLERANCE = 1e-3
+#: How far the smaller principal inertias of a flat body exceed the largest, beyond rounding.
+_MARGIN = 1e-6
 
 
 def implausible(inertial: Inertial, shapes: Sequence[LinkGeometry] = ()) -> str:
@@ -88,9 +90,23 @@ def with_plausible_inertia(inertial: Inertial, shapes: Sequence[LinkGeometry]) -
         rotation = inertial.origin[:3, :3]
         values, axes = np.linalg.eigh(rotation @ inertial.inertia @ rotation.T)
         values = np.maximum(values, made.inertia[0, 0])
-        values[0] = max(values[0], values[2] - values[1])
-        inertia = axes * values @ axes.T
+        inertia = rigid_inertia(axes * values @ axes.T)
     return Inertial(inertial.mass, pose_matrix(inertial.origin[:3, 3]), inertia)
+
+
+def rigid_inertia(inertia: Matrix) -> Matrix:
+    """
+    Return an inertia (3, 3) that keeps the triangle inequality, whatever is rounded.
+
+    The least principal value is raised if the two smaller ones do not add up to the largest.
+    """
+    values, axes = np.linalg.eigh(inertia)
+    least = (1.0 + _MARGIN) * values[2] - values[1]
+    if values[0] >= least:
+        return inertia
+    values[0] = least
+    raised: Matrix = axes * values @ axes.T
+    return raised
 
 
 def too_dense(mass: float, *kinds: Sequence[LinkGeometry]) -> bool:

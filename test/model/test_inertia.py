@@ -8,6 +8,7 @@ from armsim_ros.model.inertia import (
     bounding_radius,
     implausible,
     inertial_of,
+    rigid_inertia,
     unit_inertia,
     volume,
     with_plausible_inertia,
@@ -86,5 +87,16 @@ def test_without_shapes_the_least_principal_inertia_is_raised():
                      np.diag([0.25, 0.2, 0.0]))
     made = with_plausible_inertia(given, [])
     assert made.origin == pytest.approx(pose_matrix((0.0, 0.0, 0.5)))
-    assert made.inertia == pytest.approx(np.diag([0.05, 0.2, 0.25]))
+    assert made.inertia == pytest.approx(np.diag([0.05, 0.2, 0.25]), rel=1e-5)
     assert implausible(made) == ''
+
+
+def test_a_flat_body_gets_a_hardly_larger_inertia():
+    """Only the least principal value is raised, and only as far as rounding matters."""
+    flat = np.diag([0.005208, 0.005208, 0.010417])
+    raised = rigid_inertia(flat)
+    low, middle, high = np.linalg.eigvalsh(raised)
+    assert low + middle > high
+    assert raised == pytest.approx(flat, rel=1e-3)
+    thick = np.diag([0.1, 0.2, 0.25])
+    assert rigid_inertia(thick) is thick

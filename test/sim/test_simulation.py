@@ -11,8 +11,9 @@ from armsim_ros.config.controllers.pid_controller import PidGains
 from armsim_ros.config.simulation import PlacementSettings, SimulationSettings
 from armsim_ros.config.world import WorldSettings
 from armsim_ros.errors import SimulationError
-from armsim_ros.model.robot_model import JointLimits, JointType
+from armsim_ros.model.robot_model import Inertial, JointLimits, JointType
 from armsim_ros.model.semantic_model import SemanticModel
+from armsim_ros.model.transforms import pose_matrix
 from armsim_ros.sim.simulation import Simulation
 
 
@@ -171,6 +172,17 @@ def test_end_stops_hold_against_efforts(make_arm, claim):
         farthest = max(farthest, simulation.state.position[2])
     assert farthest < 0.55
     assert simulation.state.position[2] == pytest.approx(0.5, abs=1e-4)
+
+
+@pytest.mark.parametrize('inertia', [
+    [[9e-6, -1e-6, 0.0], [-1e-6, 1e-6, 0.0], [0.0, 0.0, 1e-5]],
+    np.diag((0.005208, 0.005208, 0.010417))])
+def test_a_flat_link_is_simulated(arm, inertia):
+    """Principal inertias of which two add up to the third, but for rounding, are not refused."""
+    inertial = Inertial(0.3, pose_matrix((0.0, 0.0, 0.1)), np.array(inertia))
+    hand = replace(arm.links['hand'], inertial=inertial)
+    simulation = Simulation(replace(arm, links={**arm.links, 'hand': hand}))
+    assert not simulation.warnings
 
 
 def test_a_planar_joint_is_refused_by_name(make_arm):

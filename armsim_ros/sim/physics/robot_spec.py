@@ -18,6 +18,7 @@ from armsim_ros.arrays import Mask, Matrix
 from armsim_ros.config.simulation import SimulationSettings
 from armsim_ros.errors import SimulationError
 from armsim_ros.model.geometry import Mesh
+from armsim_ros.model.inertia import rigid_inertia
 from armsim_ros.model.meshes import convex_parts
 from armsim_ros.model.robot_model import Inertial, Joint, JointType, Link, LinkGeometry, RobotModel
 from armsim_ros.model.transforms import pose_matrix, quat_wxyz_from_matrix
@@ -263,7 +264,7 @@ def _sorted_pair(first: str, second: str) -> tuple[str, str]:
 def set_inertial(body: Any, inertial: Inertial) -> None:
     """Write mass and inertia about the centre of mass, turned into the link's axes."""
     rotation = inertial.origin[:3, :3]
-    turned = rotation @ inertial.inertia @ rotation.T
+    turned = rigid_inertia(rotation @ inertial.inertia @ rotation.T)
     body.mass, body.ipos = inertial.mass, inertial.origin[:3, 3]
     body.fullinertia = [
         turned[0, 0], turned[1, 1], turned[2, 2], turned[0, 1], turned[0, 2], turned[1, 2],
