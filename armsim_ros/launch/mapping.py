@@ -31,7 +31,9 @@ from armsim_ros.launch.process_spec import (
     read_spawn_arguments,
     role_of,
     RosNode,
+    SpawnArguments,
 )
+from armsim_ros.launch.spawned_model import has_movable_joint, is_controlled, is_urdf
 from armsim_ros.packages import package_of, workspace_of
 
 _DUMPER = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
@@ -49,8 +51,6 @@ _PACKAGE = re.compile(r'(?:(?:package|model)://|\$\(find(?:-pkg-share)?\s+)([^/"
 _FILE = re.compile(r'file://+(/[^"\'<>\n]+?)/[^/"\']*["\']')
 #: Where Gazebo looks for models.
 _MODEL_PATHS = ('GZ_SIM_RESOURCE_PATH', 'IGN_GAZEBO_RESOURCE_PATH', 'GAZEBO_MODEL_PATH')
-#: A model in SDF with controllers is a robot; any other is an object of the world.
-_SDF_ROBOT = re.compile(r'<sdf\b.*ros2_control', re.DOTALL)
 _PROGRAMS = {
     ProgramRole.SIMULATION: 'ros2_control_node', ProgramRole.MOVE_GROUP: 'move_group',
     ProgramRole.SERVO: 'servo_node',
@@ -111,6 +111,7 @@ class Mapping:
         self._keep_text = keep_text
         self._descriptions: dict[str, str] = {}
         self._simulated: set[str] = set()
+        self._knows_controlled = False
         self._tells_joints = False
         self._plays_later = False
         self._gripper: RosNode | None = None
@@ -122,7 +123,12 @@ class Mapping:
             if role is ProgramRole.DESCRIPTION and spec.node is not None:
                 text = spec.node.merged().get(_DESCRIPTION)
                 if text:
-                    self._descriptions[spec.node.namespace] = str(text)
+                    self._descriptions[_topic(spec.node, _DESCRIPTION)] = str(text)
+        self._knows_controlled |= any(
+            is_controlled(self._spawned_text(spec)) if role is ProgramRole.SPAWN_ROBOT
+            else spec.node is not None
+            and is_controlled(str(spec.node.merged().get(_DESCRIPTION) or ''))
+            for (_, spec), role in zip(batch, roles, strict=True))
         self._tells_joints = ProgramRole.JOINT_STATES in roles and not any(
             role is ProgramRole.SPAWNER and 'joint_state' in ' '.join(spec.arguments)
             for (_, spec), role in zip(batch, roles, strict=True))
@@ -181,34 +187,59 @@ class Mapping:
     def _spawn(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         """Give the first robot that is spawned to the simulation."""
         given = read_spawn_arguments(spec.arguments)
-        node = spec.node or RosNode('-', 'create')
-        text = given.text or self._read(given.file, spec.environment) \
-            or node.merged().get(_DESCRIPTION) \
-            or (self._description(node) if given.by_topic else '')
-        if _SDF_ROBOT.search(str(text)) and '<robot' not in str(text):
-            text = self._description(node)
+        text = self._spawned_text(spec)
+        if is_controlled(text) and not is_urdf(text):
+            text = self._description(spec.node or RosNode('-', 'create'))
             if '<ros2_control' not in text:
                 return Start(action, spec, Kind.REFUSED, note=(
                     f"{given.file or given.name or 'the model'} is an SDF, which is not "
                     'simulated, and no robot_state_publisher has a URDF with <ros2_control> for '
                     "it; spawn the robot by its URDF ('-topic robot_description')"))
-        if '<robot' not in str(text) and not (given.by_topic and not text):
-            name = f"'{given.file}' is not found" if given.file and not text else (
-                f'{given.name or "the model"} is not a URDF')
-            return Start(action, spec, Kind.DONE, note=f'{name} and not spawned')
-        if self._simulated:
-            return Start(action, spec, Kind.DONE, note='the simulation has its robot already')
+        reason = self._why_not_spawned(given, text)
+        if reason:
+            return Start(action, spec, Kind.DONE, level='WARNING', note=reason)
         self._simulated.add('/')
-        parameters: dict[str, Any] = {**self._own_parameters(str(text or '')), FLOOR: True, **{
+        parameters: dict[str, Any] = {**self._own_parameters(text), FLOOR: True, **{
             f'armsim.{key}': value for key, value in given.placement().items()}}
         if text:
-            parameters[_DESCRIPTION] = str(text)
+            parameters[_DESCRIPTION] = text
         manager = RosNode('controller_manager', 'ros2_control_node')
         command = program_command('original', [
             'ros2_control_node', *self._ros_args(manager, parameters)])
         made = Start(action, spec, Kind.RUN, command, is_simulation=True, is_ours=True)
         return Start(action, spec, Kind.DONE, note='the robot is in the simulation',
                      simulation=made)
+
+    def _spawned_text(self, spec: ProcessSpec) -> str:
+        """Return the model that a process spawns, '' where the launch does not tell it."""
+        given = read_spawn_arguments(spec.arguments)
+        node = spec.node or RosNode('-', 'create')
+        return str(given.text or self._read(given.file, spec.environment)
+                   or node.merged().get(_DESCRIPTION)
+                   or (self._description(node, given.topic) if given.by_topic else ''))
+
+    def _why_not_spawned(self, given: SpawnArguments, text: str) -> str:
+        """
+        Return why a model is not simulated, and what helps; '' for the robot.
+
+        Upstream adds every model to the world, and only those with controllers are moved by them.
+        """
+        name = given.name or given.file or 'the model'
+        if not text and not given.by_topic:
+            return f"'{given.file}' is not found and not spawned"
+        if not text and given.topic and self._descriptions:
+            return (f"'{name}' is not spawned: no robot_state_publisher of this launch publishes "
+                    f"'{given.topic}'")
+        has_robot = self._knows_controlled or bool(self._simulated)
+        if text and not is_controlled(text) and (
+                has_robot or not is_urdf(text) or not has_movable_joint(text)):
+            return (f"'{name}' has no <ros2_control>: an object, which is not simulated; put it "
+                    'into the world with /spawn_entity (docs/world.md)')
+        if self._simulated:
+            return (f"'{name}' is not spawned: the simulation has its robot already; an object is "
+                    'put into the world with /spawn_entity (docs/world.md), several robots are a '
+                    'cell (docs/many_robots.md)')
+        return ''
 
     def _other(self, action: ExecuteLocal, spec: ProcessSpec) -> Start:
         if not is_known(spec):
@@ -270,9 +301,13 @@ class Mapping:
         places = dict.fromkeys((*packages.path, *filter(None, found)))
         return {'armsim.packages_path': os.pathsep.join(map(str, places))} if places else {}
 
-    def _description(self, node: RosNode) -> str:
-        own = self._descriptions.get(node.namespace)
-        return own or next(iter(self._descriptions.values()), '')
+    def _description(self, node: RosNode, topic: str = '') -> str:
+        """Return what a node reads from a topic; the robot's where that is published elsewhere."""
+        own = self._descriptions.get(_topic(node, topic or _DESCRIPTION))
+        if own or (topic and topic.rpartition('/')[2] != _DESCRIPTION):
+            return own or ''
+        known = self._descriptions.values()
+        return next(filter(is_controlled, known), next(iter(known), ''))
 
     def _read(self, file: str, environment: dict[str, str]) -> str:
         """Return the text of a file, or of the model whose folder has this name."""
@@ -290,6 +325,13 @@ class Mapping:
     @staticmethod
     def _place(node: RosNode | None) -> str:
         return node.namespace if node is not None else '/'
+
+
+def _topic(node: RosNode, name: str) -> str:
+    """Return the absolute name of a node's topic, after its remappings."""
+    rules = {source.lstrip('~/'): target for source, target in node.remappings}
+    target = rules.get(name.lstrip('/'), name)
+    return target if target.startswith('/') else f"{node.namespace.rstrip('/')}/{target}"
 
 
 def _run_by_ros2(spec: ProcessSpec) -> RosNode | None:

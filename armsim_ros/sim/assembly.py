@@ -96,9 +96,14 @@ def build_simulation(
     Return the robot of a user's files in its world.
 
     :param clock: simulated time; by default starting at 0.
-    :raises ConfigError: the start does not fit the robot; names file and line where it can.
+    :raises ConfigError: the robot has no movable joint, or the start does not fit it; names file
+        and line where it can.
     :raises SimulationError: the physics refuses robot or world.
     """
+    if not model.movable_joints:
+        raise ConfigError(Problem(
+            f"robot '{model.name}' has no movable joint: it is an object, and not simulated alone",
+            remedy='put it into the world of a robot (docs/world.md)'))
     try:
         initial_positions(model, settings.simulation)
     except SimulationError as error:

@@ -84,7 +84,7 @@ def test_a_spawner_by_ros2_run_keeps_its_arguments(decided, words, shell):
 def test_a_robot_that_is_spawned_stands_in_a_simulators_world(decided):
     """Only there is a floor under it; ros2_control_node alone has none."""
     _, texts = decided(Node(package='ros_gz_sim', executable='create',
-                            arguments=['-string', '<robot name="r"/>']), spawner('arm'))
+                            arguments=['-string', URDF]), spawner('arm'))
     assert any(one.get(FLOOR) for one in texts)
     _, texts = decided(CONTROL, spawner('arm'))
     assert not any(FLOOR in one for one in texts)
@@ -99,6 +99,98 @@ URDF = '<robot name="r"><ros2_control name="s" type="system"/></robot>'
 def create(file, **more):
     """Return the spawner of a model in a file."""
     return Node(package='ros_gz_sim', executable='create', arguments=['-file', str(file)], **more)
+
+
+CUBE = '<robot name="cube"><link name="l"/><!-- <ros2_control/> -->{}</robot>'
+DOOR = '<joint name="door" type="revolute"/>'
+OBJECT = "'{}' has no <ros2_control>: an object, which is not simulated; put it into the world"
+
+
+def spawned(name, *words):
+    """Return the spawner of an entity of a name."""
+    return Node(package='gazebo_ros', executable='spawn_entity.py',
+                arguments=['-entity', name, *words])
+
+
+def state_publisher(urdf, **more):
+    """Return a robot_state_publisher of a URDF."""
+    return Node(package='robot_state_publisher', executable='robot_state_publisher',
+                parameters=[{'robot_description': urdf}], **more)
+
+
+def simulated(texts):
+    """Return the descriptions that are given to simulations."""
+    return [one['robot_description'] for one in texts if FLOOR in one]
+
+
+@pytest.mark.parametrize('joint', ['', DOOR])
+def test_an_object_that_is_spawned_before_the_robot_is_not_simulated(decided, joint):
+    """
+    The robot is the model with controllers, whatever comes first and moves.
+
+    Upstream: gazebo_ros/scripts/spawn_entity.py adds every model to the world.
+    """
+    (cube, arm), texts = decided(spawned('cube', '-string', CUBE.format(joint)),
+                                 spawned('arm', '-string', URDF))
+    assert (cube.kind, cube.level, cube.simulation) == (Kind.DONE, 'WARNING', None)
+    assert cube.note.startswith(OBJECT.format('cube'))
+    assert arm.simulation is not None
+    assert simulated(texts) == [URDF]
+
+
+def test_a_model_that_cannot_move_is_an_object_where_it_is_alone(decided):
+    """The robot may be spawned later; with joints and no controllers elsewhere, it is a robot."""
+    (cube,), _ = decided(spawned('cube', '-string', CUBE.format('')))
+    assert cube.note.startswith(OBJECT.format('cube'))
+    (door,), texts = decided(spawned('door', '-string', CUBE.format(DOOR)))
+    assert door.simulation is not None
+    assert simulated(texts) == [CUBE.format(DOOR)]
+
+
+def test_a_robot_may_have_controllers_by_a_plugin_alone(decided):
+    """
+    The plugin reads <ros2_control> from the robot_state_publisher.
+
+    Upstream: gazebo_ros2_control/src/gazebo_ros2_control_plugin.cpp, getURDF.
+    """
+    model = f'<robot name="r"><gazebo>{PLUGIN}</gazebo></robot>'
+    (_, arm), texts = decided(state_publisher(URDF), spawned('arm', '-string', model))
+    assert arm.simulation is not None
+    assert simulated(texts) == [model]
+
+
+@pytest.mark.parametrize('last', ['arm', 'table'])
+def test_each_model_is_that_of_its_topic(decided, last):
+    """Two robot_state_publishers in one namespace publish to different topics."""
+    publishers = {
+        'arm': state_publisher(URDF),
+        'table': state_publisher(
+            CUBE.format(''), remappings=[('robot_description', 'table_description')])}
+    (_, _, table, arm), texts = decided(
+        *sorted(publishers.values(), key=lambda one: one is publishers[last]),
+        spawned('table', '-topic', '/table_description'),
+        spawned('arm', '-topic', 'robot_description'))
+    assert table.note.startswith(OBJECT.format('table'))
+    assert arm.simulation is not None
+    assert simulated(texts) == [URDF]
+
+
+def test_a_topic_that_nothing_publishes_is_not_the_robots(decided):
+    """An entity of an unknown model does not become the robot that another topic has."""
+    (_, table), _ = decided(state_publisher(URDF), spawned('table', '-topic', 'table_model'))
+    assert table.simulation is None
+    assert "'table' is not spawned: no robot_state_publisher" in table.note
+
+
+def test_a_second_entity_is_named_with_what_helps(decided):
+    """Its absence shows; an object can be spawned into the world, a robot be part of a cell."""
+    (_, cube, second), _ = decided(
+        spawned('arm', '-string', URDF), spawned('cube', '-string', CUBE.format('')),
+        spawned('second', '-string', URDF))
+    assert cube.note.startswith(OBJECT.format('cube'))
+    assert second.note.startswith("'second' is not spawned: the simulation has its robot already")
+    assert 'docs/many_robots.md' in second.note
+    assert [one.level for one in (cube, second)] == ['WARNING'] * 2
 
 
 @pytest.mark.parametrize('executable', ['create', 'spawn_entity.py'])

@@ -13,9 +13,10 @@ from armsim_ros.config.draft import ConfigDraft
 from armsim_ros.config.layout import LayoutReader
 from armsim_ros.config.sections import read_sections
 from armsim_ros.config.yaml_source import read_yaml_file
-from armsim_ros.errors import Severity
+from armsim_ros.errors import ConfigError, Severity
 from armsim_ros.model.cell_loading import survey_cell
 from armsim_ros.nodes.upstream.robot_programs import simulation_words
+from armsim_ros.sim.assembly import build_simulation
 
 CONTROLLERS = """
 controller_manager:
@@ -68,6 +69,17 @@ def test_only_a_simulators_world_has_a_floor(small_package, tmp_path, arguments,
         if ':=' in word)
     launched = survey_cell(words['robot'], urdf=Path(words['urdf']), world=words.get('world'))
     assert launched.checked().settings.world.floor is floor
+
+
+def test_a_robot_that_cannot_move_is_refused(small_package, tmp_path):
+    """An object that a launch file took for the robot ends it with one line."""
+    urdf = f'<robot name="cube">{small_package.LINK.format("box")}</robot>'
+    words = dict(word.split(':=') for word in simulation_words(
+        urdf, read_node_arguments([], 'controller_manager'), tmp_path / 'launched')
+        if ':=' in word)
+    cell = survey_cell(words['robot'], urdf=Path(words['urdf'])).checked()
+    with pytest.raises(ConfigError, match=r"robot 'cube' has no movable joint.*docs/world\.md"):
+        build_simulation(cell.settings, cell.model)
 
 
 LIMITED = """
