@@ -99,9 +99,12 @@ def generate(
         for name in package.dependencies}
     missing = [name for name, folder in descriptions.items() if not Path(folder).is_dir()]
     if missing:
+        places = ', '.join(
+            f'{name} ({package.named[name]})' if name in package.named else name
+            for name in missing)
         raise BuildError(
-            f'{package.name} needs {", ".join(missing)}, neither built here nor part of a sourced '
-            f'ROS; add to {SELECTION_VARIABLE}')
+            f'{package.name} needs {places}, neither built here nor part of a sourced ROS; put it '
+            f'beside {package.name}, or add it to {SELECTION_VARIABLE} if it is there')
     task = work / f'{package.name}.json'
     task.write_text(json.dumps({
         'package': package.name, 'folder': str(package.folder), 'output': str(work),

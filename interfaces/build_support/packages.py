@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 import os
 from pathlib import Path
 import re
@@ -26,6 +27,8 @@ DISTRIBUTION = 'armsim_ros_interfaces'
 # Every service and action refers to these, named in its definition or not.
 IMPLICIT_DEPENDENCIES = (
     'action_msgs', 'builtin_interfaces', 'service_msgs', 'unique_identifier_msgs')
+# A field whose type is another package's.
+FOREIGN_TYPE = re.compile(r'^[ \t]*([a-z]\w*)/[A-Z]', re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,6 @@ class InterfacePackage:
 
     name: str
     folder: Path
-    dependencies: tuple[str, ...]
 
     @property
     def definitions(self) -> list[Path]:
@@ -44,19 +46,33 @@ class InterfacePackage:
             for kind in ('msg', 'srv', 'action')
             for path in (self.folder / kind).glob(f'*.{kind}'))
 
+    @cached_property
+    def named(self) -> dict[str, Path]:
+        """The packages that the definitions name, each with the first file that names it."""
+        found: dict[str, Path] = {}
+        for path in self.definitions:
+            for name in FOREIGN_TYPE.findall((self.folder / path).read_text('utf-8')):
+                if name != self.name:
+                    found.setdefault(name, path)
+        return found
+
+    @property
+    def dependencies(self) -> tuple[str, ...]:
+        """Names of the packages whose types these refer to, sorted."""
+        return tuple(sorted({*self.named, *IMPLICIT_DEPENDENCIES}))
+
 
 def read_packages(source: Path) -> list[InterfacePackage]:
     """
     Return the packages below a folder, each after those it depends on, large ones early.
 
+    A manifest only marks a package: its tags vary and cover more than its definitions need.
+
     :param source: the folder that holds one folder a package.
     """
-    found = {}
-    for manifest in sorted(source.glob('*/package.xml')):
-        depends = re.findall(r'<depend>\s*(\w+)\s*</depend>', manifest.read_text('utf-8'))
-        names = tuple(sorted({*depends, *IMPLICIT_DEPENDENCIES}))
-        found[manifest.parent.name] = InterfacePackage(
-            manifest.parent.name, manifest.parent, names)
+    found = {
+        manifest.parent.name: InterfacePackage(manifest.parent.name, manifest.parent)
+        for manifest in source.glob('*/package.xml')}
     ordered: dict[str, InterfacePackage] = {}
 
     def visit(package: InterfacePackage) -> None:
@@ -65,7 +81,8 @@ def read_packages(source: Path) -> list[InterfacePackage]:
                 visit(found[name])
         ordered[package.name] = package
 
-    for package in sorted(found.values(), key=lambda package: -len(package.definitions)):
+    for package in sorted(
+            found.values(), key=lambda package: (-len(package.definitions), package.name)):
         if package.name not in ordered:
             visit(package)
     return list(ordered.values())

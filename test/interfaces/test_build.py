@@ -6,9 +6,9 @@ import os
 from pathlib import Path
 import sys
 
-from build_support import compiler
+from build_support import build, compiler
 from build_support.errors import BuildError
-from build_support.packages import providing_prefix, read_packages, select
+from build_support.packages import IMPLICIT_DEPENDENCIES, providing_prefix, read_packages, select
 import pytest
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
@@ -48,6 +48,45 @@ def test_order(packages):
     assert names.index('moveit_task_constructor_msgs') > names.index('moveit_msgs')
     assert names.index('moveit_msgs') > names.index('octomap_msgs')
     assert names.index('moveit_msgs') > names.index('object_recognition_msgs')
+
+
+@pytest.fixture
+def write_package(tmp_path):
+    """Return a function that writes a package with one message."""
+
+    def write(name, message, manifest='<package/>'):
+        (tmp_path / name / 'msg').mkdir(parents=True)
+        (tmp_path / name / 'package.xml').write_text(manifest)
+        (tmp_path / name / 'msg' / 'One.msg').write_text(message)
+        return tmp_path
+
+    return write
+
+
+@pytest.mark.parametrize('manifest', [
+    '<package><build_depend>b_msgs</build_depend><exec_depend>b_msgs</exec_depend></package>',
+    '<package><!-- <depend>c_msgs</depend> --></package>'])
+def test_dependencies_are_what_definitions_name(write_package, manifest):
+    """
+    Whatever tags a manifest has, and in comments; neither comments nor constants are types.
+
+    Upstream: rosidl_cmake/cmake/rosidl_generate_interfaces.cmake, which takes DEPENDENCIES.
+    """
+    write_package('a_msgs', '# c_msgs/One of old\nb_msgs/One[<=3] ones  # d_msgs/One\n'
+                  'string NAME="x"\n  std_msgs/Header header\na_msgs/One[] more\n', manifest)
+    top = write_package('b_msgs', 'float64 x\n')
+    b_msgs, a_msgs = read_packages(top)
+    assert names_of([b_msgs, a_msgs]) == ['b_msgs', 'a_msgs']
+    assert set(a_msgs.dependencies) - set(b_msgs.dependencies) == {'b_msgs', 'std_msgs'}
+
+
+def test_an_unknown_package_is_named_with_the_file(write_package, tmp_path):
+    """The author sees which definition needs it, not a generator's traceback."""
+    (package,) = read_packages(write_package('a_msgs', 'c_msgs/One one\n'))
+    for name in IMPLICIT_DEPENDENCIES:
+        (tmp_path / 'prefix' / 'share' / name).mkdir(parents=True)
+    with pytest.raises(BuildError, match=r'a_msgs needs c_msgs \(msg/One\.msg\), neither'):
+        build.generate(package, [package], tmp_path / 'prefix', {}, tmp_path / 'work', [])
 
 
 def test_everything_without_ros(packages):
