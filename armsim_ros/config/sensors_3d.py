@@ -16,6 +16,8 @@ from armsim_ros.errors import ConfigError, Location, nearest, Problem, Severity
 FILE = 'sensors_3d.yaml'
 CLOUDS = 'occupancy_map_monitor/PointCloudOctomapUpdater'
 DEPTH_IMAGES = 'occupancy_map_monitor/DepthImageOctomapUpdater'
+#: Keys that upstream reads of a depth sensor only where all others are given.
+_AFTER_ALL_OTHERS = ('filtered_cloud_topic', 'ns')
 #: Edge of a cell where no file gives it [m], as upstream.
 USUAL_RESOLUTION = 0.1
 #: Noise of a depth image by the square of the depth [m/m^2]: an eighth of a pixel of disparity
@@ -165,14 +167,16 @@ def _sensor(
             block.place, ', '.join(_KINDS), nearest(kind, tuple(_KINDS)),
             severity=Severity.WARNING))
         return None
+    absent = [key for key in _KINDS[kind].model_fields
+              if key not in ('ns', 'sensor_plugin') and block.get(key) is None]
+    if kind == DEPTH_IMAGES and absent:
+        block = _without_topic(name, block, absent, problems)
     found: list[Problem] = []
     sensor = read_settings(_KINDS[kind], block, found, title=f"sensor '{name}'")
     problems.extend(Problem(problem.what, problem.where, problem.allowed, problem.remedy,
                             severity=Severity.WARNING) if sensor is None else problem
                     for problem in found)
     if sensor is not None:
-        absent = [key for key in type(sensor).model_fields
-                  if key not in ('ns', 'sensor_plugin') and block.get(key) is None]
         if absent:
             problems.append(Problem(
                 f"sensor '{name}' has its defaults for {', '.join(absent)}",
@@ -183,6 +187,20 @@ def _sensor(
                 f"sensor '{name}': 'shadow_threshold' has no effect: the robot itself is left "
                 'out exactly', unused.key_where or unused.place, severity=Severity.INFO))
     return sensor
+
+
+def _without_topic(
+    name: str, block: YamlNode, absent: list[str], problems: list[Problem]
+) -> YamlNode:
+    """Return the block of a depth sensor that lacks keys without those that do not count then."""
+    for key in _AFTER_ALL_OTHERS:
+        unread = block.get(key)
+        if unread is not None:
+            problems.append(Problem(
+                f"sensor '{name}': '{key}' has no effect without {', '.join(absent)}, as in "
+                'MoveIt: the image without the robot is not sent',
+                unread.key_where or unread.place, severity=Severity.INFO))
+    return block.without(*_AFTER_ALL_OTHERS)
 
 
 def with_cameras(settings: OctomapSettings, cameras: Mapping[str, Any]) -> OctomapSettings:

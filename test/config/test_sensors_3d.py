@@ -3,35 +3,10 @@
 """Sensors of an octomap, as users' files have them."""
 
 import pytest
+from sensors_files import USUAL
 
 from armsim_ros.config.sensors_3d import DepthImageSensor, PointCloudSensor
 from armsim_ros.errors import ConfigError
-
-USUAL = """
-sensors: [kinect_pointcloud, kinect_depthimage]
-octomap_resolution: 0.02
-octomap_frame: odom_combined
-kinect_pointcloud:
-  sensor_plugin: occupancy_map_monitor/PointCloudOctomapUpdater
-  point_cloud_topic: /head_mount_kinect/depth_registered/points
-  max_range: 5
-  point_subsample: 2
-  padding_offset: 0.1
-  padding_scale: 1.0
-  max_update_rate: 1.0
-  filtered_cloud_topic: filtered_cloud
-kinect_depthimage:
-  sensor_plugin: occupancy_map_monitor/DepthImageOctomapUpdater
-  image_topic: /head_mount_kinect/depth_registered/image_raw
-  queue_size: 5
-  near_clipping_plane_distance: 0.3
-  far_clipping_plane_distance: 5.0
-  shadow_threshold: 0.2
-  padding_scale: 4.0
-  padding_offset: 0.03
-  max_update_rate: 1.0
-  filtered_cloud_topic: filtered_cloud
-"""
 
 
 @pytest.fixture
@@ -71,6 +46,21 @@ def test_the_file_in_the_layout_of_ros_2_is_the_same(load):
 def test_no_sensor_is_no_updater(load, text):
     """A list that is empty or starts with an empty name asks for nothing."""
     assert not load(text)[0].sensors
+
+
+@pytest.mark.parametrize(('skipped', 'topic', 'prefix'), [
+    ('  skip_vertical_pixels: 2\n  skip_horizontal_pixels: 3\n', 'filtered_cloud', 'eye'),
+    ('  skip_vertical_pixels: 2\n', '', ''),
+    ('', '', ''),
+])
+def test_the_topic_of_filtered_images_counts_only_beside_all_other_keys(
+        load, skipped, topic, prefix):
+    """moveit_ros depth_image_octomap_updater.cpp, setParams stops at the first absent key."""
+    found, remarks = load(f'{USUAL}{skipped}  ns: eye\n')
+    depth = found.sensors['kinect_depthimage']
+    assert (depth.filtered_cloud_topic, depth.ns) == (topic, prefix)
+    for key in ('filtered_cloud_topic', 'ns'):
+        assert any(f"'{key}' has no effect without" in line for line in remarks) == (not topic)
 
 
 def test_absent_keys_have_defaults_that_are_named_once(load):

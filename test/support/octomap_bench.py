@@ -58,6 +58,9 @@ class Node:
         return SimpleNamespace(publish=self.published.append,
                                get_subscription_count=lambda: self.listeners)
 
+    def resolve_topic_name(self, topic):
+        return f"/{topic.lstrip('/')}"
+
     def has_parameter(self, name):
         return name in self.parameters
 
@@ -68,7 +71,7 @@ class Node:
 class Bench:
     """A monitor with a sensor, and the parts of move_group that it needs."""
 
-    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, sensorless=False):
+    def __init__(self, monkeypatch, sensor=None, *, lockstep=False, settings=None):
         monkeypatch.setattr(octomap_monitor, 'Worker', Works)
         self.node, self.now, self.lines, self.topics = Node(), 0.0, [], {}
         self.ends = False
@@ -83,8 +86,8 @@ class Bench:
             ticker=SimpleNamespace(next=_Tick), check_ending=self._check_ending,
             subscribe=lambda kind, topic, take, profile: self.topics.update({topic: take}))
         sensor = sensor or PointCloudSensor(point_cloud_topic='/cloud')
-        self.monitor = OctomapMonitor(self.context, OctomapSettings(
-            sensors={} if sensorless else {'eye': sensor}, octomap_resolution=0.05))
+        self.monitor = OctomapMonitor(self.context, settings or OctomapSettings(
+            sensors={'eye': sensor}, octomap_resolution=0.05))
         self.frame = self.scene.model_frame
 
     def _check_ending(self, source):

@@ -26,7 +26,7 @@ from armsim_ros.config.yaml_node import node_of
 from armsim_ros.errors import Location, PlanningError, Problem, Severity
 from armsim_ros.nodes.conversions.time import ns_from_time
 from armsim_ros.nodes.move_group.context import Context
-from armsim_ros.nodes.move_group.scene.octomap_updaters import updater_of
+from armsim_ros.nodes.move_group.scene.octomap_updaters import updaters_of
 from armsim_ros.nodes.move_group.worker import Worker
 from armsim_ros.nodes.parameters import parameters_by_prefix
 from armsim_ros.planning.occupancy.scene_map import SceneMap, Sight
@@ -150,8 +150,7 @@ class OctomapMonitor:
         self._waiting: dict[str, deque[_Waiting]] = {}
         self._warned: dict[str, float] = {}
         self._sensors = settings.sensors
-        self._updaters = {name: updater_of(context, name, sensor, self._receive)
-                          for name, sensor in settings.sensors.items()}
+        self._updaters = updaters_of(context, settings.sensors, self._receive)
         if not self._updaters:
             return
         context.states.recorders.append(self._history.record)

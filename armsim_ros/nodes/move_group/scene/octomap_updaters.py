@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -48,6 +48,32 @@ class Parsed:
     pixels: NDArray[np.int64] | None = None
 
 
+class Outputs:
+    """What the updaters publish: the middleware allows one type of message on a topic."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        #: Topic -> name of its first sensor, and type.
+        self._owners: dict[str, tuple[str, Any]] = {}
+
+    def publisher(self, name: str, kind: Any, topic: str, profile: QoSProfile) -> Any:
+        """
+        Return a publisher; None, with a warning, where another type of message has the topic.
+
+        :param name: of the sensor.
+        :param kind: of the messages.
+        """
+        node = self._context.node
+        owner, owned = self._owners.setdefault(node.resolve_topic_name(topic), (name, kind))
+        if owned is kind:
+            return node.create_publisher(kind, topic, profile)
+        self._context.logger.warning(
+            f"octomap, sensor '{name}': no {kind.__name__} is published on '{topic}', since "
+            f"sensor '{owner}' publishes {owned.__name__} there; change 'filtered_cloud_topic' "
+            'of one of the two')
+        return None
+
+
 class Updater:
     """
     The topics of a sensor.
@@ -56,12 +82,13 @@ class Updater:
     :param kind: of its messages.
     :param topic: of its messages.
     :param receive: called with the sensor's name and each message that counts.
-    :param profile: of the publisher of the points that are left.
+    :param outputs: give the publisher of the points that are left.
+    :param profile: of that publisher.
     """
 
     def __init__(
         self, context: Context, name: str, sensor: Sensor, kind: Any, topic: str,
-        receive: Receive, profile: QoSProfile,
+        receive: Receive, outputs: Outputs, profile: QoSProfile,
     ) -> None:
         self._context, self._name, self._receive = context, name, receive
         self._period_ns = 1e9 / sensor.max_update_rate if sensor.max_update_rate else 0.0
@@ -73,7 +100,7 @@ class Updater:
             self.filtered_topic = f'{sensor.ns}/{self.filtered_topic}'
         self._filtered: Any = None
         if self.filtered_topic:
-            self._filtered = context.node.create_publisher(kind, self.filtered_topic, profile)
+            self._filtered = outputs.publisher(name, kind, self.filtered_topic, profile)
         # In lockstep a picture counts as published when its reliable subscriptions have it.
         lockstep = context.settings.simulation.deterministic
         context.subscribe(
@@ -107,10 +134,11 @@ class PointCloudUpdater(Updater):
     """Takes point clouds."""
 
     def __init__(
-        self, context: Context, name: str, sensor: PointCloudSensor, receive: Receive
+        self, context: Context, name: str, sensor: PointCloudSensor, receive: Receive,
+        outputs: Outputs,
     ) -> None:
         super().__init__(context, name, sensor, PointCloud2, sensor.point_cloud_topic, receive,
-                         qos_profile_sensor_data)
+                         outputs, qos_profile_sensor_data)
         self._sensor = sensor
 
     def parse(self, message: PointCloud2) -> Parsed:
@@ -126,18 +154,19 @@ class DepthImageUpdater(Updater):
     """Takes depth images, and the camera_info beside them."""
 
     def __init__(
-        self, context: Context, name: str, sensor: DepthImageSensor, receive: Receive
+        self, context: Context, name: str, sensor: DepthImageSensor, receive: Receive,
+        outputs: Outputs,
     ) -> None:
         super().__init__(
-            context, name, sensor, Image, sensor.image_topic, receive, qos.PICTURES)
+            context, name, sensor, Image, sensor.image_topic, receive, outputs, qos.PICTURES)
         self._sensor = sensor
         self._info: CameraInfo | None = None
         context.subscribe(CameraInfo, _info_topic(sensor.image_topic), self._take_info,
                           qos_profile_sensor_data)
         self._filtered_info: Any = None
-        if self.filtered_topic:
-            self._filtered_info = context.node.create_publisher(
-                CameraInfo, _info_topic(self.filtered_topic), qos.PICTURES)
+        if self._filtered is not None:
+            self._filtered_info = outputs.publisher(
+                name, CameraInfo, _info_topic(self.filtered_topic), qos.PICTURES)
 
     def _take_info(self, message: CameraInfo) -> None:
         self._info = message
@@ -169,8 +198,17 @@ def _info_topic(topic: str) -> str:
     return f'{parent}{slash}camera_info'
 
 
-def updater_of(context: Context, name: str, sensor: Sensor, receive: Receive) -> Updater:
-    """Return the updater of a sensor."""
-    if isinstance(sensor, PointCloudSensor):
-        return PointCloudUpdater(context, name, sensor, receive)
-    return DepthImageUpdater(context, name, sensor, receive)
+def updaters_of(
+    context: Context, sensors: Mapping[str, Sensor], receive: Receive
+) -> dict[str, Updater]:
+    """
+    Return the updaters of sensors.
+
+    :param sensors: by name; a topic that two of them would publish with different types is the
+        first one's.
+    """
+    outputs = Outputs(context)
+    return {name: PointCloudUpdater(context, name, sensor, receive, outputs)
+            if isinstance(sensor, PointCloudSensor)
+            else DepthImageUpdater(context, name, sensor, receive, outputs)
+            for name, sensor in sensors.items()}

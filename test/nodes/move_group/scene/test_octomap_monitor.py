@@ -219,7 +219,7 @@ def test_an_object_frees_the_cells_of_a_loaded_map(bench):
 
 def test_a_map_is_loaded_without_sensors(monkeypatch):
     """It is the scene's; an empty one leaves none."""
-    bench = Bench(monkeypatch, sensorless=True)
+    bench = Bench(monkeypatch, settings=OctomapSettings())
     bench.monitor.load(LOADED)
     assert bench.scene.octomap is LOADED
     none = np.zeros((0, 3), dtype=np.int64)

@@ -8,8 +8,14 @@ import numpy as np
 from octomap_bench import Bench
 from rclpy.qos import qos_profile_sensor_data, QoSReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
+from sensors_files import USUAL
 
-from armsim_ros.config.sensors_3d import DepthImageSensor, PointCloudSensor
+from armsim_ros.config.sensors_3d import (
+    DepthImageSensor,
+    OctomapSettings,
+    PointCloudSensor,
+    read_sensors_file,
+)
 
 
 def test_rate_and_filtered_cloud(monkeypatch):
@@ -50,3 +56,26 @@ def test_a_filtered_image_has_its_camera_info_beside_it(monkeypatch):
     filtered, beside = bench.node.published
     assert filtered.header == beside.header == image.header
     assert list(beside.k) == list(info.k)
+
+
+def test_of_the_setup_assistants_sensors_the_clouds_have_the_topic(monkeypatch, tmp_path):
+    """
+    Its file names one topic for both, and lacks keys without which that of the images is not read.
+
+    moveit_ros depth_image_octomap_updater.cpp, setParams.
+    """
+    file = tmp_path / 'sensors_3d.yaml'
+    file.write_text(USUAL, 'utf-8')
+    bench = Bench(monkeypatch, settings=read_sensors_file(file, []))
+    assert set(bench.node.advertised) == {'filtered_cloud'}
+
+
+def test_a_topic_of_two_types_is_the_first_sensors(monkeypatch):
+    """The middleware would refuse the second; a warning names both sensors."""
+    bench = Bench(monkeypatch, settings=OctomapSettings(sensors={
+        'clouds': PointCloudSensor(point_cloud_topic='/cloud', filtered_cloud_topic='/left'),
+        'images': DepthImageSensor(image_topic='/eye/depth', filtered_cloud_topic='left')}))
+    assert set(bench.node.advertised) == {'/left'}
+    warning, = [line for line in bench.lines if "'left'" in line]
+    assert "'images'" in warning
+    assert "'clouds'" in warning
