@@ -38,7 +38,7 @@ def _value(type_name, numbers):
         package, short = type_name.split('/')
         return filled(interface(f'{package}/msg/{short}'), numbers)
     number = next(numbers)
-    if type_name == 'string':
+    if type_name in ('string', 'wstring'):
         return f'text {number}'
     if type_name == 'boolean':
         return True

@@ -12,7 +12,8 @@ from rclpy.type_support import check_for_type_support
 PARTS = {
     'message': '', 'request': '_Request', 'response': '_Response',
     'goal': '_Goal', 'result': '_Result', 'feedback': '_Feedback'}
-PYTHON_NAMES = {'float64': 'double', 'float32': 'float', 'bool': 'boolean', 'byte': 'octet'}
+PYTHON_NAMES = {
+    'float64': 'double', 'float32': 'float', 'bool': 'boolean', 'byte': 'octet', 'char': 'uint8'}
 
 
 # Where the C structs of type supports keep the function that returns the hash.
