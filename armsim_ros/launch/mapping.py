@@ -211,7 +211,7 @@ class Mapping:
                      simulation=made)
 
     def _spawned_text(self, spec: ProcessSpec) -> str:
-        """Return the model that a process spawns, '' where the launch does not tell it."""
+        """Return the model that a process spawns, '' where the launch does not have it."""
         given = read_spawn_arguments(spec.arguments)
         node = spec.node or RosNode('-', 'create')
         return str(given.text or self._read(given.file, spec.environment)

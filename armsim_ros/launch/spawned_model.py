@@ -1,6 +1,6 @@
 # Copyright 2026 armsim_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the text of a model that a launch file spawns tells of it."""
+"""Whether a model that a launch file spawns is a robot, by its text."""
 
 import re
 
