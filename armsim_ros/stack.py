@@ -190,7 +190,7 @@ class ArmSim:
         """
         from armsim_ros.planning.request import MotionPlanRequest
 
-        group = group or self.model.first_group
+        group = group or self.model.semantic.first_group
         request = MotionPlanRequest(
             group_name=group, goal_constraints=(self._constraints(goal, group),),
             allowed_planning_time=allowed_time, max_velocity_scaling_factor=velocity,
@@ -356,7 +356,7 @@ class ArmSim:
         from armsim_ros.planning.request import Constraints
 
         if isinstance(goal, str):
-            goal = self.model.named_state(group, goal)
+            goal = self.model.semantic.named_state(group, goal)
         if isinstance(goal, Constraints):
             return goal
         if isinstance(goal, Mapping):

@@ -86,7 +86,7 @@ class ArmEnv(Env[Any, Any]):
         self._stop = ''
         settings, model = robot.settings, robot.model
         self._renderer = Renderer(view_from(view or {}))
-        group = group or model.first_group
+        group = group or model.semantic.first_group
         tip = model.group(group).tips[0] if group else tuple(model.links)[-1]
         cups = tuple(settings.simulation.vacuum_grippers)
         placement = settings.simulation.placement

@@ -339,26 +339,6 @@ class RobotModel:
                     allowed=', '.join(known) or 'the SRDF has no groups',
                     remedy=nearest(name, known))) from None
 
-    @property
-    def first_group(self) -> str:
-        """Name of the first planning group, '' where the SRDF has none."""
-        return next(iter(self.semantic.groups), '')
-
-    def named_state(self, group: str, name: str) -> dict[str, float]:
-        """
-        Return joint -> position [rad or m] of a named state of a planning group.
-
-        :raises ModelError: the group has no such state; names the known ones.
-        """
-        states = self.semantic.named_states.get(group, {})
-        if name not in states:
-            raise ModelError(
-                Problem(
-                    f"group '{group}' has no named state '{name}'",
-                    allowed=', '.join(states) or 'the SRDF has none',
-                    remedy=nearest(name, tuple(states))))
-        return states[name]
-
     def controlled_joints(self, group: str) -> tuple[str, ...]:
         """
         Return the joints of a planning group that a controller has to move: not passive.

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from armsim_ros.errors import ModelError, nearest, Problem
+
 
 @dataclass(frozen=True, slots=True)
 class PlanningGroup:
@@ -70,3 +72,23 @@ class SemanticModel:
     disabled_collisions: dict[tuple[str, str], str] = field(default_factory=dict)
     enabled_collisions: frozenset[tuple[str, str]] = frozenset()
     default_disabled: frozenset[str] = frozenset()
+
+    @property
+    def first_group(self) -> str:
+        """Name of the first planning group, '' where the SRDF has none."""
+        return next(iter(self.groups), '')
+
+    def named_state(self, group: str, name: str) -> dict[str, float]:
+        """
+        Return joint -> position [rad or m] of a named state of a planning group.
+
+        :raises ModelError: the group has no such state; names the known ones.
+        """
+        states = self.named_states.get(group, {})
+        if name not in states:
+            raise ModelError(
+                Problem(
+                    f"group '{group}' has no named state '{name}'",
+                    allowed=', '.join(states) or 'the SRDF has none',
+                    remedy=nearest(name, tuple(states))))
+        return states[name]

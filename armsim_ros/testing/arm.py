@@ -80,7 +80,7 @@ class Arm(ABC):
     def joints(self) -> tuple[str, ...]:
         """Names of the joints of the first planning group; the order of ``follow``'s points."""
         model = self._model
-        group = model.first_group
+        group = model.semantic.first_group
         return model.group(group).active_joints if group else model.active_joints
 
     @cached_property

@@ -82,8 +82,8 @@ class RosArm(Arm):
 
     def move_to(self, target: Target, *, group: str = '', speed: float = 1.0) -> None:
         """Plan a motion, execute it, and wait for its end."""
-        group = group or self._model.first_group
-        goal = (self._model.named_state(group, target) if isinstance(target, str)
+        group = group or self._model.semantic.first_group
+        goal = (self._model.semantic.named_state(group, target) if isinstance(target, str)
                 else self.state(target))
         result = self.robot.move_group.move(
             group, goal, timeout=self._time_limit, max_velocity_scaling_factor=float(speed))
