@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from textwrap import dedent
 
 import pytest
+import yaml
 
+from armsim_ros.launch.api.context import LaunchContext
 from armsim_ros.launch.main import main
+from armsim_ros.launch.mapping import Mapping
 
 
 @dataclass
@@ -96,3 +99,19 @@ def entities(dry):
         return dry(f'{before}\n{HEAD.strip()}\n{lines}\n    ])\n', *words)
 
     return run
+
+
+@pytest.fixture
+def decided(tmp_path):
+    """Return a function that gives what is done for some nodes, and the files it wrote."""
+    def decide(*nodes):
+        texts = []
+
+        def keep(name, text):
+            (block,) = yaml.safe_load(text).values()
+            texts.append(block['ros__parameters'])
+            return str(tmp_path / name)
+
+        context = LaunchContext()
+        return Mapping(keep).decide([(node, node.spec(context)) for node in nodes]), texts
+    return decide
