@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -34,6 +34,13 @@ _KINDS: Mapping[str, tuple[tuple[str, str], ...]] = {
 }
 
 
+class _Mount(NamedTuple):
+    """A place in the frame of a link: its pose (4, 4), and its orientation as (w, x, y, z)."""
+
+    pose: Matrix
+    quat_wxyz: Vector
+
+
 class Sensors:
     """
     The sensors of a robot.
@@ -57,8 +64,7 @@ class Sensors:
         self._root = model.root_link
         self._sensors = [
             (sensor, _carrier(model, sensor.frame),
-             {name.partition('.')[0] for name in sensor.states},
-             pose_matrix(sensor.mount[:3], sensor.mount[3:]))
+             {name.partition('.')[0] for name in sensor.states}, _mount(sensor))
             for sensor in chain(*(system.sensors for system in model.hardware), more)]
         #: ``sensor/interface`` -> what a sensor shows less than it measures.
         self._zeros: dict[str, float] = {}
@@ -103,9 +109,9 @@ class Sensors:
                 values.update(zip((f'orientation.{axis}' for axis in 'xyzw'),
                                   quat_xyzw_from_matrix(pose).tolist(), strict=True))
             elif 'orientation' in kinds:
-                quat_wxyz = np.empty(4)
-                mujoco.mju_mulQuat(quat_wxyz, self._plant.data.xquat[frame],
-                                   quat_wxyz_from_matrix(mount))
+                quat_wxyz = self._plant.data.xquat[frame].copy()
+                if mount is not None:
+                    mujoco.mju_mulQuat(quat_wxyz, self._plant.data.xquat[frame], mount.quat_wxyz)
                 values.update(zip((f'orientation.{axis}' for axis in 'wxyz'),
                                   quat_wxyz.tolist(), strict=True))
             found.update({f'{sensor.name}/{name}': values[name] for name in sensor.states})
@@ -122,21 +128,27 @@ class Sensors:
         axes = data.xmat[frame].reshape(3, 3)
         return np.concatenate([axes.T @ force, axes.T @ (torque + np.cross(arm, force))])
 
-    def _motion(self, frame: int, mount: Matrix) -> Vector:
-        """
-        Return angular velocity and linear acceleration (6,) of a frame, in its axes.
-
-        :param mount: (4, 4) the frame in that of a body.
-        """
+    def _motion(self, frame: int, mount: _Mount | None) -> Vector:
+        """Return angular velocity and linear acceleration (6,) of a mount, in its axes."""
         model, data = self._plant.model, self._plant.data
         velocity, acceleration = np.zeros(6), np.zeros(6)
         body = mujoco.mjtObj.mjOBJ_XBODY
         mujoco.mj_objectVelocity(model, data, body, frame, velocity, 1)
         mujoco.mj_objectAcceleration(model, data, body, frame, acceleration, 1)
-        turning, place, axes = velocity[:3], mount[:3, 3], mount[:3, :3].T
+        if mount is None:
+            return np.concatenate([velocity[:3], acceleration[3:]])
+        turning, place, axes = velocity[:3], mount.pose[:3, 3], mount.pose[:3, :3].T
         there = (acceleration[3:] + np.cross(acceleration[:3], place)
                  + np.cross(turning, np.cross(turning, place)))
         return np.concatenate([axes @ turning, axes @ there])
+
+
+def _mount(sensor: HardwareSensor) -> _Mount | None:
+    """Return where a sensor is in its frame, None for the frame itself."""
+    if not any(sensor.mount):
+        return None
+    pose = pose_matrix(sensor.mount[:3], sensor.mount[3:])
+    return _Mount(pose, quat_wxyz_from_matrix(pose))
 
 
 def sensors_of(
