@@ -50,7 +50,7 @@ def send_parts(
     """
     Send each controller its part of a trajectory; a gripper gets its end.
 
-    Where one refuses, the goals of the others are cancelled, and have ended.
+    If one refuses, the goals of the others are cancelled, and have ended when this raises.
 
     :raises ControllerError: a controller refuses, or has no action.
     :raises PlanningError: a controller cannot run such a part.
@@ -61,7 +61,7 @@ def send_parts(
     names = [f'/{action.settings.action_name.lstrip("/")}' for action in actions]
     for action, name in zip(actions, names, strict=True):
         if not client.has_server(action.type, name, SERVER):
-            raise ControllerError(f'there is no action {name}')
+            raise ControllerError(f'the action {name} has no server')
     runs = [client.goal(action.type, name, goal)
             for action, name, goal in zip(actions, names, goals, strict=True)]
     refusing, answered = list[ControllerAction](), False

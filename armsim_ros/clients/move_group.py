@@ -53,7 +53,7 @@ class MoveGroupClient:
 
         :param timeout: of planning and motion together [s].
         :param request: fields of the request.
-        :raises AssertionError: there is no result in time.
+        :raises AssertionError: the result does not come in time.
         """
         return self._send_move(group, target, False, request, timeout)
 

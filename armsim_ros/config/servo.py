@@ -41,9 +41,9 @@ class Scale(Settings):
     """How fast commands move the arm at most; below 0, unitless commands move it backwards."""
 
     linear: float = parameter(
-        0.4, 'translation [m/s]; for speed_units and poses there is no bound at 0 and below')
+        0.4, 'translation [m/s]; speed_units and poses have no bound at 0 and below')
     rotational: float = parameter(
-        0.8, 'rotation [rad/s]; for speed_units and poses there is no bound at 0 and below')
+        0.8, 'rotation [rad/s]; speed_units and poses have no bound at 0 and below')
     joint: float = parameter(0.5, 'a joint [rad/s or m/s]; it has no effect with speed_units')
 
 

@@ -120,8 +120,8 @@ class HardwareInterface(ABC):
         self.feedforward = JointArrays.filled(len(joint_names))
         self.effort_bound = np.full(len(joint_names), np.inf)
         self.plan = UpdatePlan.empty(0, len(joint_names))
-        #: Command interface of a sensor or gpio, or a further one of a joint -> the last command,
-        #: NaN before the first.
+        #: Command interface of a sensor or gpio, or one beside a joint's motion -> the last
+        #: command, NaN before the first.
         self.other_commands: dict[str, float] = {}
         #: Reference of a chainable controller, as ``controller/joint/interface`` -> the last
         #: value that a preceding controller wrote, NaN before the first.
@@ -152,7 +152,7 @@ class HardwareInterface(ABC):
 
     @property
     def other_states(self) -> Mapping[str, float]:
-        """Interface of a sensor or gpio, or a further one of a joint -> its value."""
+        """Interface of a sensor or gpio, or one beside a joint's motion -> its value."""
         return self.given_states
 
     @property

@@ -226,7 +226,7 @@ class Mapping:
         """
         name = given.name or given.file or 'the model'
         if not text and not given.by_topic:
-            return f"'{given.file}' is not found and not spawned"
+            return f"'{given.file or name}' is not found and not spawned"
         if not text and given.topic and self._descriptions:
             return (f"'{name}' is not spawned: no robot_state_publisher of this launch publishes "
                     f"'{given.topic}'")

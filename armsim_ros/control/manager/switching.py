@@ -160,7 +160,7 @@ def claimed_joints(controllers: Sequence[Controller[Any]], hardware: HardwareInt
     """
     Return joint -> claimed interfaces of controllers that are or will be active.
 
-    :param hardware: has the joints; what does not move one of them has nothing to switch.
+    :param hardware: whose joints are meant; interfaces that move none of them are left out.
     """
     claims: dict[str, set[str]] = {}
     for controller in controllers:
