@@ -193,7 +193,7 @@ IMU = ('<sensor name="{0}">{1}' + ''.join(
     '<pose degrees="true">0 0.05 0.1 17.188733854 0 40.107045659</pose>',
 ])
 def test_an_imu_measures_where_gazebo_mounts_it(small_package, pose):
-    """In motion it has the same values as an IMU on a link at that place (gz-sim's Imu.cc)."""
+    """In motion it has the values of an IMU on a link there (gz-sim's Imu.cc, Update)."""
     small_package.ros2_control(
         joint('shoulder', 'position'), joint('elbow', 'position'), joint('grip', 'position'),
         IMU.format('mounted', ''), IMU.format('fixed', '<param name="frame_id">tip</param>'),
